@@ -1,0 +1,3 @@
+//! The `foliage-lod` command.
+
+fn main() {}

@@ -1,0 +1,180 @@
+//! A plant: foliage cut into leaves, wood, materials and textures. What import and growth give and simplification takes.
+
+use crate::{
+    Error, Result,
+    bounds::{Aabb, Sphere},
+    leaf::{LeafGeometry, Vertex},
+    material::{Material, Texture},
+};
+use serde::{Deserialize, Serialize};
+
+/// Most leaves that a plant may have: an index and a generation fit 32 bits everywhere.
+pub const MAX_LEAVES: usize = 1 << 22;
+/// Most vertices, and most indices, that foliage or wood may have.
+pub const MAX_ELEMENTS: usize = 1 << 27;
+
+/// Part of the wood with one material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WoodPart {
+    /// First and one-past-last index of [`Wood::indices`].
+    pub indices: [u32; 2],
+    /// Index into the owner's materials.
+    pub material: u32,
+}
+
+/// Everything of a plant that is not a leaf: drawn, never pruned.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Wood {
+    /// Vertices.
+    pub vertices: Vec<Vertex>,
+    /// Three per triangle.
+    pub indices: Vec<u32>,
+    /// Parts by material, in index order, without gaps.
+    pub parts: Vec<WoodPart>,
+}
+
+impl Wood {
+    /// Number of triangles.
+    pub fn triangles(&self) -> usize {
+        self.indices.len() / 3
+    }
+}
+
+/// One tree or bush: foliage and wood.
+///
+/// Invariants, checked by [`Plant::validate`]:
+/// 1. Leaves lie one after another: leaf 0 starts at vertex 0 and index 0, each next one where the last ended, the last
+///    ends where the arrays end.
+/// 2. Every leaf has at least one triangle, its index count is a multiple of 3, and its indices stay within its vertices.
+/// 3. Every position, normal, uv, colour and pivot is finite.
+/// 4. Every material index of leaves and wood, and every texture index of materials, exists.
+/// 5. Wood parts lie one after another over all wood indices, in multiples of 3, and those stay within the wood's vertices.
+/// 6. Counts stay within [`MAX_LEAVES`] and [`MAX_ELEMENTS`].
+///
+/// A plant may have no leaf at all; simplification refuses it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plant {
+    /// Name, for messages and metadata.
+    pub name: String,
+    /// Leaf vertices, leaf after leaf.
+    pub vertices: Vec<Vertex>,
+    /// Leaf indices, leaf after leaf, absolute.
+    pub indices: Vec<u32>,
+    /// The leaves, in the order of the source.
+    pub leaves: Vec<LeafGeometry>,
+    /// Trunk and branches.
+    pub wood: Wood,
+    /// Materials of leaves and wood.
+    pub materials: Vec<Material>,
+    /// Textures of the materials.
+    pub textures: Vec<Texture>,
+}
+
+impl Plant {
+    /// Appends a leaf. `indices` count from 0 within `vertices`.
+    pub fn push_leaf(&mut self, vertices: &[Vertex], indices: &[u32], pivot: [f32; 3], material: u32) {
+        let first_vertex = self.vertices.len() as u32;
+        let first_index = self.indices.len() as u32;
+        self.vertices.extend_from_slice(vertices);
+        self.indices.extend(indices.iter().map(|index| index + first_vertex));
+        self.leaves.push(LeafGeometry {
+            vertices: [first_vertex, self.vertices.len() as u32],
+            indices: [first_index, self.indices.len() as u32],
+            pivot,
+            material,
+        });
+    }
+
+    /// Triangles of all leaves.
+    pub fn leaf_triangles(&self) -> usize {
+        self.indices.len() / 3
+    }
+
+    /// Box around foliage and wood.
+    pub fn aabb(&self) -> Aabb {
+        Aabb::of_points(self.positions())
+    }
+
+    /// Sphere around foliage and wood.
+    pub fn sphere(&self) -> Sphere {
+        Sphere::of_points(self.positions())
+    }
+
+    fn positions(&self) -> impl Iterator<Item = [f32; 3]> + Clone {
+        self.vertices.iter().chain(&self.wood.vertices).map(|vertex| vertex.position)
+    }
+
+    /// Checks every numbered invariant of the type.
+    ///
+    /// # Errors
+    /// [`Error::InvalidPlant`] with the number of the first one broken.
+    pub fn validate(&self) -> Result<()> {
+        self.validate_counts()?;
+        self.validate_leaves()?;
+        self.validate_numbers()?;
+        self.validate_materials()?;
+        self.validate_wood()
+    }
+
+    fn validate_counts(&self) -> Result<()> {
+        let counts = [self.vertices.len(), self.indices.len(), self.wood.vertices.len(), self.wood.indices.len()];
+        check(6, self.leaves.len() <= MAX_LEAVES, || format!("{} leaves", self.leaves.len()))?;
+        check(6, counts.iter().all(|&count| count <= MAX_ELEMENTS), || format!("{counts:?} vertices and indices"))
+    }
+
+    fn validate_leaves(&self) -> Result<()> {
+        let (mut vertex, mut index) = (0, 0);
+        for (i, leaf) in self.leaves.iter().enumerate() {
+            let starts_where_the_last_ended = leaf.vertices[0] == vertex && leaf.indices[0] == index;
+            let ends_within = leaf.vertices[1] as usize <= self.vertices.len()
+                && leaf.indices[1] as usize <= self.indices.len()
+                && leaf.vertices[1] >= vertex
+                && leaf.indices[1] >= index;
+            check(1, starts_where_the_last_ended && ends_within, || format!("leaf {i} is {leaf:?}"))?;
+            let indices = &self.indices[leaf.index_range()];
+            let stay_within = indices.iter().all(|i| (leaf.vertices[0]..leaf.vertices[1]).contains(i));
+            check(2, !indices.is_empty() && indices.len() % 3 == 0 && stay_within, || {
+                format!("leaf {i} has {} indices, some beyond its vertices or none", indices.len())
+            })?;
+            [vertex, index] = [leaf.vertices[1], leaf.indices[1]];
+        }
+        let ends = vertex as usize == self.vertices.len() && index as usize == self.indices.len();
+        check(1, ends, || format!("leaves end at vertex {vertex}, index {index}"))
+    }
+
+    fn validate_numbers(&self) -> Result<()> {
+        for (what, vertices) in [("leaf", &self.vertices), ("wood", &self.wood.vertices)] {
+            let broken =
+                vertices.iter().position(|v| bytemuck::cast_ref::<_, [f32; 12]>(v).iter().any(|x| !x.is_finite()));
+            check(3, broken.is_none(), || format!("{what} vertex {} is not finite", broken.unwrap_or_default()))?;
+        }
+        let broken = self.leaves.iter().position(|leaf| leaf.pivot.iter().any(|x| !x.is_finite()));
+        check(3, broken.is_none(), || format!("the pivot of leaf {} is not finite", broken.unwrap_or_default()))
+    }
+
+    fn validate_materials(&self) -> Result<()> {
+        let mut used =
+            self.leaves.iter().map(|leaf| leaf.material).chain(self.wood.parts.iter().map(|part| part.material));
+        let missing = used.find(|&material| material as usize >= self.materials.len());
+        check(4, missing.is_none(), || format!("material {missing:?} of {}", self.materials.len()))?;
+        let missing = self.materials.iter().filter_map(|m| m.texture).find(|&t| t as usize >= self.textures.len());
+        check(4, missing.is_none(), || format!("texture {missing:?} of {}", self.textures.len()))
+    }
+
+    fn validate_wood(&self) -> Result<()> {
+        let mut at = 0;
+        for part in &self.wood.parts {
+            let [start, end] = part.indices;
+            let sound = start == at && end >= start && (end - start) % 3 == 0;
+            check(5, sound, || format!("wood part {:?} follows index {at}", part.indices))?;
+            at = end;
+        }
+        check(5, at as usize == self.wood.indices.len(), || format!("wood parts end at index {at}"))?;
+        let worst = self.wood.indices.iter().max().copied();
+        check(5, worst.is_none_or(|i| (i as usize) < self.wood.vertices.len()), || format!("wood index {worst:?}"))
+    }
+}
+
+fn check(invariant: u8, holds: bool, what: impl FnOnce() -> String) -> Result<()> {
+    if holds { Ok(()) } else { Err(Error::InvalidPlant { invariant, what: what() }) }
+}
