@@ -1,1 +1,3 @@
 //! Placeholder head of `simplify`.
+
+pub mod fragments;
