@@ -21,7 +21,7 @@ pub struct Coverage {
 
 /// The alpha test of one triangle in one view; all zero except `mask` where there is none.
 ///
-/// With `p = (x + 0.5 - anchor.x, y + 0.5 - anchor.y)` for pixel (x, y), and `plane(c) = c[0] * p.x + c[1] * p.y + c[2]`
+/// With `p = (x - anchor.x, y - anchor.y)` for pixel (x, y) counted in whole pixels, and `plane(c) = c[0] * p.x + c[1] * p.y + c[2]`
 /// evaluated in `f32` in that order, the texture coordinates are `(plane(u) / plane(q), plane(v) / plane(q))`: perspective
 /// correct, each quantity being affine on the screen once divided by w.
 #[repr(C)]
@@ -55,18 +55,30 @@ pub struct AlphaMask {
     pub bits: Vec<u32>,
 }
 
-/// One view's triangles as a rasteriser takes them. Every vertex has `0 < z < w`; none is clipped by near or far.
+/// One view's triangles as a rasteriser takes them: snapped to 1/256 pixel already, so that coverage is a matter of
+/// integers. None is clipped by near or far.
 #[derive(Debug, Clone, Copy)]
 pub struct ViewTriangles<'a> {
     /// Width and height in pixels.
     pub resolution: u32,
-    /// Clip positions, three per triangle: x right, y up, z 0 to w (wgpu's convention).
-    pub clip: &'a [[f32; 4]],
+    /// Corners of each triangle as (x right, y down) in 1/256 pixel from the centre of the top left pixel. A triangle that
+    /// no rasteriser may draw has three equal corners.
+    pub screen: &'a [[[i32; 2]; 3]],
     /// One per triangle.
     pub alpha: &'a [AlphaTest],
 }
 
-/// A rasteriser of fragments. Implemented by the CPU rasteriser and by the wgpu pass.
+impl ViewTriangles<'_> {
+    /// A corner as a clip position with w = 1 for wgpu (x right, y up, both -1 to 1): the viewport transform gives back the
+    /// snapped position exactly where the resolution is a power of two, and to far less than half a step otherwise.
+    pub fn clip_from_screen(&self, corner: [i32; 2]) -> [f32; 4] {
+        let half = f64::from(self.resolution) * 0.5;
+        let ndc = |snapped: i32| ((f64::from(snapped) / 256.0 + 0.5) / half - 1.0) as f32;
+        [ndc(corner[0]), -ndc(corner[1]), 0.5, 1.0]
+    }
+}
+
+/// A rasteriser of fragments. Implemented by [`CpuFragments`](super::raster::CpuFragments) and by the wgpu pass.
 pub trait FragmentSource {
     /// What answered, for the model's metadata: the adapter's name, or `None` for the CPU.
     fn adapter(&self) -> Option<String>;
@@ -83,4 +95,13 @@ pub trait FragmentSource {
     /// # Errors
     /// [`Gpu`](crate::Error::Gpu) when the device fails.
     fn capture(&mut self, view: ViewTriangles<'_>, out: &mut Vec<Coverage>) -> Result<()>;
+
+    /// [`capture`](Self::capture) for several views, `out[i]` for `views[i]`; a source that can work on several at once
+    /// overrides it.
+    ///
+    /// # Errors
+    /// As [`capture`](Self::capture).
+    fn capture_batch(&mut self, views: &[ViewTriangles<'_>], out: &mut [Vec<Coverage>]) -> Result<()> {
+        views.iter().zip(out).try_for_each(|(&view, out)| self.capture(view, out))
+    }
 }

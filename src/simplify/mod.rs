@@ -1,3 +1,6 @@
 //! Placeholder head of `simplify`.
 
 pub mod fragments;
+pub mod options;
+pub mod raster;
+pub mod views;

@@ -1,0 +1,232 @@
+//! The offscreen cameras: the vertices of a regular solid about the plant, looking at its middle.
+//!
+//! After Gasch et al., "Multiresolution Foliage Rendering", section 4.1: cameras at the 20 vertices of a dodecahedron.
+//! Every number comes from additions, multiplications, divisions and square roots in `f64`, which IEEE 754 rounds alike on
+//! every machine, so the snapped positions, and with them the whole pruning order, are the same everywhere.
+//!
+//! Spaces: *unit* space is the plant's, moved and scaled so that its bounding sphere is the unit sphere. *Screen* positions
+//! count 1/256 pixel from the centre of the top left pixel, x right, y down.
+
+use crate::{Error, Result, bounds::Sphere};
+use glam::DVec3;
+
+/// Distance of every camera from the middle, in sphere radii. At 3 the sphere's near side appears 2 times larger than the
+/// far side; nearer cameras would let front leaves hide more than a distant viewer sees hidden.
+pub const CAMERA_DISTANCE: f64 = 3.0;
+/// Nothing nearer to a camera than this (in sphere radii along its axis) is seen: only leaves that have grown far out of
+/// the sphere come so near.
+pub const NEAR: f64 = 0.1;
+/// Steps per pixel of screen positions: 8 bits, what Vulkan, Metal and Direct3D 12 adapters use.
+pub const SUBPIXEL: i64 = 256;
+/// Greatest resolution: with [`MAX_SCALE_LIMIT`](super::options::MAX_SCALE_LIMIT) it keeps edge functions within `i64`.
+pub const MAX_RESOLUTION: u32 = 2048;
+/// Tangent of half the field of view that just holds the unit sphere: 1 / sqrt(CAMERA_DISTANCE^2 - 1), as sqrt(8) = 2 sqrt(2).
+const HALF_FOV_TAN: f64 = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
+/// The golden ratio and its inverse: coordinates of dodecahedron and icosahedron vertices.
+const PHI: f64 = 1.618_033_988_749_895;
+const INV_PHI: f64 = 0.618_033_988_749_895;
+
+/// The numbers of views there are: vertices of the tetrahedron, octahedron, cube, icosahedron and dodecahedron.
+pub const VIEW_COUNTS: [u32; 5] = [4, 6, 8, 12, 20];
+
+/// One camera: an orthonormal basis in unit space. It stands at `CAMERA_DISTANCE * toward` and looks at the origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Screen right.
+    pub right: DVec3,
+    /// Screen up.
+    pub up: DVec3,
+    /// From the middle to the camera.
+    pub toward: DVec3,
+}
+
+/// A point as a view sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScreenPoint {
+    /// Right, in 1/256 pixel from the centre of pixel 0.
+    pub x: i64,
+    /// Down, in 1/256 pixel from the centre of row 0.
+    pub y: i64,
+    /// 1 / distance along the axis, in inverse sphere radii; greater is nearer. At most `1 / NEAR`.
+    pub inv_w: f64,
+}
+
+/// All views of a plant.
+#[derive(Debug, Clone)]
+pub struct ViewSet {
+    center: DVec3,
+    inv_radius: f64,
+    /// Pixels on a side of each view.
+    pub resolution: u32,
+    /// The cameras.
+    pub views: Vec<View>,
+}
+
+impl ViewSet {
+    /// `count` cameras about `sphere`, each `resolution` pixels square.
+    ///
+    /// A sphere of radius 0 is taken for one of radius 1.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] when `count` is not one of [`VIEW_COUNTS`] or `resolution` is not 1 to [`MAX_RESOLUTION`].
+    pub fn new(sphere: Sphere, resolution: u32, count: u32) -> Result<Self> {
+        if !(1..=MAX_RESOLUTION).contains(&resolution) {
+            return Err(Error::InvalidOption {
+                option: "--resolution",
+                value: resolution.to_string(),
+                allowed: format!("1 to {MAX_RESOLUTION}"),
+            });
+        }
+        let inv_radius = if sphere.radius > 0.0 { 1.0 / sphere.radius } else { 1.0 };
+        let views = solid(count)?.into_iter().map(View::looking_from).collect();
+        Ok(Self { center: sphere.center(), inv_radius, resolution, views })
+    }
+
+    /// From the plant's space to unit space.
+    pub fn unit_from_plant(&self, point: DVec3) -> DVec3 {
+        (point - self.center) * self.inv_radius
+    }
+
+    /// Lengths of the plant in unit space.
+    pub fn unit_length(&self, length: f64) -> f64 {
+        length * self.inv_radius
+    }
+
+    /// Pixels of one view.
+    pub fn pixels(&self) -> usize {
+        (self.resolution as usize).pow(2)
+    }
+
+    /// Projects a point of unit space; `None` when it is nearer than [`NEAR`] or behind the camera.
+    ///
+    /// Positions are rounded half to even to 1/256 pixel.
+    pub fn project(&self, view: &View, unit: DVec3) -> Option<ScreenPoint> {
+        let w = CAMERA_DISTANCE - unit.dot(view.toward);
+        if w <= NEAR {
+            return None;
+        }
+        let pixels_per_tan = self.pixels_per_tan();
+        let half = 0.5 * f64::from(self.resolution) - 0.5;
+        let snap = |offset: f64| (offset * SUBPIXEL as f64).round_ties_even() as i64;
+        Some(ScreenPoint {
+            x: snap(half + unit.dot(view.right) / w * pixels_per_tan),
+            y: snap(half - unit.dot(view.up) / w * pixels_per_tan),
+            inv_w: 1.0 / w,
+        })
+    }
+
+    /// The ray through the centre of a pixel: (x, y) such that the point at axial distance w is
+    /// `w * x * right + w * y * up + (CAMERA_DISTANCE - w) * toward`.
+    pub fn ray(&self, x: f64, y: f64) -> (f64, f64) {
+        let half = 0.5 * f64::from(self.resolution) - 0.5;
+        ((x - half) / self.pixels_per_tan(), (half - y) / self.pixels_per_tan())
+    }
+
+    fn pixels_per_tan(&self) -> f64 {
+        0.5 * f64::from(self.resolution) / HALF_FOV_TAN
+    }
+}
+
+impl View {
+    fn looking_from(vertex: DVec3) -> Self {
+        let toward = vertex / vertex.dot(vertex).sqrt();
+        let across = DVec3::Y.cross(toward);
+        let across = if across.dot(across) > 0.0 { across } else { DVec3::X };
+        let right = across / across.dot(across).sqrt();
+        Self { right, up: toward.cross(right), toward }
+    }
+}
+
+/// Vertices of the regular solid with `count` vertices, of any length, in a fixed order.
+fn solid(count: u32) -> Result<Vec<DVec3>> {
+    let v = DVec3::new;
+    let signs = [1.0, -1.0];
+    let cube = || signs.into_iter().flat_map(move |x| signs.map(|y| signs.map(|z| v(x, y, z)))).flatten();
+    // The cyclic permutations of (0, ±a, ±b).
+    let rectangles = |a: f64, b: f64| {
+        signs.into_iter().flat_map(move |s| {
+            signs.into_iter().flat_map(move |t| [v(0.0, s * a, t * b), v(s * a, t * b, 0.0), v(t * b, 0.0, s * a)])
+        })
+    };
+    Ok(match count {
+        4 => vec![v(1.0, 1.0, 1.0), v(1.0, -1.0, -1.0), v(-1.0, 1.0, -1.0), v(-1.0, -1.0, 1.0)],
+        6 => [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]).collect(),
+        8 => cube().collect(),
+        12 => rectangles(1.0, PHI).collect(),
+        20 => cube().chain(rectangles(INV_PHI, PHI)).collect(),
+        _ => {
+            return Err(Error::InvalidOption {
+                option: "--views",
+                value: count.to_string(),
+                allowed: "4, 6, 8, 12 or 20 (the vertices of a regular solid)".into(),
+            });
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNIT: Sphere = Sphere { center: [0.0; 3], radius: 1.0 };
+
+    #[test]
+    fn vertices_of_each_solid_are_distinct_and_balanced() {
+        for count in VIEW_COUNTS {
+            let set = ViewSet::new(UNIT, 64, count).unwrap();
+            assert_eq!(set.views.len() as u32, count);
+            let sum: DVec3 = set.views.iter().map(|view| view.toward).sum();
+            assert!(sum.length() < 1e-12, "{count} views lean to {sum}");
+            for (i, a) in set.views.iter().enumerate() {
+                assert!(set.views[..i].iter().all(|b| a.toward.dot(b.toward) < 0.9));
+                assert!((a.right.cross(a.up) - a.toward).length() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn the_unit_sphere_fills_every_view_and_stays_inside() {
+        let set = ViewSet::new(UNIT, 256, 20).unwrap();
+        let mut greatest = 0.0_f64;
+        for view in &set.views {
+            for i in 0..400 {
+                let angle = f64::from(i) * 0.1;
+                let (latitude, longitude) = ((f64::from(i) / 200.0 - 1.0).asin(), angle);
+                let unit =
+                    DVec3::new(latitude.cos() * longitude.cos(), latitude.sin(), latitude.cos() * longitude.sin());
+                let point = set.project(view, unit).unwrap();
+                let offset = (point.x as f64 / 256.0 - 127.5).abs().max((point.y as f64 / 256.0 - 127.5).abs());
+                assert!(offset <= 128.0);
+                greatest = greatest.max(offset);
+            }
+        }
+        assert!(greatest > 127.0);
+    }
+
+    #[test]
+    fn a_ray_meets_the_point_that_projects_to_its_pixel() {
+        let set = ViewSet::new(UNIT, 128, 20).unwrap();
+        let view = &set.views[13];
+        let (x, y) = set.ray(40.0, 90.0);
+        let w = 2.6;
+        let unit = view.right * (w * x) + view.up * (w * y) + view.toward * (CAMERA_DISTANCE - w);
+        let point = set.project(view, unit).unwrap();
+        assert_eq!((point.x, point.y), (40 * 256, 90 * 256));
+        assert!((point.inv_w - 1.0 / w).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_point_behind_the_camera_is_not_seen() {
+        let set = ViewSet::new(UNIT, 128, 20).unwrap();
+        let view = &set.views[0];
+        assert_eq!(set.project(view, view.toward * 2.95), None);
+        assert!(set.project(view, view.toward * 2.5).is_some());
+    }
+
+    #[test]
+    fn other_view_counts_and_resolutions_are_refused() {
+        for (resolution, count) in [(0, 20), (4096, 20), (128, 7)] {
+            assert!(matches!(ViewSet::new(UNIT, resolution, count), Err(Error::InvalidOption { .. })));
+        }
+    }
+}
