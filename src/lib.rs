@@ -5,6 +5,7 @@
 
 pub mod bounds;
 mod error;
+pub mod file;
 pub mod leaf;
 pub mod material;
 pub mod plant;

@@ -46,7 +46,7 @@ impl Wood {
 /// 1. Leaves lie one after another: leaf 0 starts at vertex 0 and index 0, each next one where the last ended, the last
 ///    ends where the arrays end.
 /// 2. Every leaf has at least one triangle, its index count is a multiple of 3, and its indices stay within its vertices.
-/// 3. Every position, normal, uv, colour and pivot is finite.
+/// 3. Every position, normal, uv, colour, pivot and material factor is finite.
 /// 4. Every material index of leaves and wood, and every texture index of materials, exists.
 /// 5. Wood parts lie one after another over all wood indices, in multiples of 3, and those stay within the wood's vertices.
 /// 6. Counts stay within [`MAX_LEAVES`] and [`MAX_ELEMENTS`].
@@ -109,22 +109,63 @@ impl Plant {
     /// # Errors
     /// [`Error::InvalidPlant`] with the number of the first one broken.
     pub fn validate(&self) -> Result<()> {
-        self.validate_counts()?;
-        self.validate_leaves()?;
-        self.validate_numbers()?;
-        self.validate_materials()?;
+        self.parts()
+            .validate(self.leaves.iter().cloned())
+            .map_err(|Broken { invariant, what }| Error::InvalidPlant { invariant, what })
+    }
+
+    fn parts(&self) -> Parts<'_> {
+        Parts {
+            vertices: &self.vertices,
+            indices: &self.indices,
+            wood: &self.wood,
+            materials: &self.materials,
+            textures: &self.textures,
+        }
+    }
+}
+
+/// An invariant by its number, and what was found instead.
+pub(crate) struct Broken {
+    pub(crate) invariant: u8,
+    pub(crate) what: String,
+}
+
+pub(crate) type Checked = std::result::Result<(), Broken>;
+
+/// Fails as [`Broken`] unless the invariant holds.
+pub(crate) fn check(invariant: u8, holds: bool, what: impl FnOnce() -> String) -> Checked {
+    if holds { Ok(()) } else { Err(Broken { invariant, what: what() }) }
+}
+
+/// The arrays that plants and models share, and the check of [`Plant`]'s invariants on them.
+pub(crate) struct Parts<'a> {
+    pub(crate) vertices: &'a [Vertex],
+    pub(crate) indices: &'a [u32],
+    pub(crate) wood: &'a Wood,
+    pub(crate) materials: &'a [Material],
+    pub(crate) textures: &'a [Texture],
+}
+
+impl Parts<'_> {
+    /// Checks invariants 1 to 6 of [`Plant`] for these arrays and the leaves that lie in them.
+    pub(crate) fn validate(&self, leaves: impl ExactSizeIterator<Item = LeafGeometry> + Clone) -> Checked {
+        self.validate_counts(leaves.len())?;
+        self.validate_leaves(leaves.clone())?;
+        self.validate_numbers(leaves.clone())?;
+        self.validate_materials(leaves)?;
         self.validate_wood()
     }
 
-    fn validate_counts(&self) -> Result<()> {
+    fn validate_counts(&self, leaves: usize) -> Checked {
         let counts = [self.vertices.len(), self.indices.len(), self.wood.vertices.len(), self.wood.indices.len()];
-        check(6, self.leaves.len() <= MAX_LEAVES, || format!("{} leaves", self.leaves.len()))?;
+        check(6, leaves <= MAX_LEAVES, || format!("{leaves} leaves"))?;
         check(6, counts.iter().all(|&count| count <= MAX_ELEMENTS), || format!("{counts:?} vertices and indices"))
     }
 
-    fn validate_leaves(&self) -> Result<()> {
+    fn validate_leaves(&self, leaves: impl Iterator<Item = LeafGeometry>) -> Checked {
         let (mut vertex, mut index) = (0, 0);
-        for (i, leaf) in self.leaves.iter().enumerate() {
+        for (i, leaf) in leaves.enumerate() {
             let starts_where_the_last_ended = leaf.vertices[0] == vertex && leaf.indices[0] == index;
             let ends_within = leaf.vertices[1] as usize <= self.vertices.len()
                 && leaf.indices[1] as usize <= self.indices.len()
@@ -142,26 +183,28 @@ impl Plant {
         check(1, ends, || format!("leaves end at vertex {vertex}, index {index}"))
     }
 
-    fn validate_numbers(&self) -> Result<()> {
-        for (what, vertices) in [("leaf", &self.vertices), ("wood", &self.wood.vertices)] {
+    fn validate_numbers(&self, mut leaves: impl Iterator<Item = LeafGeometry>) -> Checked {
+        for (what, vertices) in [("leaf", self.vertices), ("wood", &self.wood.vertices)] {
             let broken =
                 vertices.iter().position(|v| bytemuck::cast_ref::<_, [f32; 12]>(v).iter().any(|x| !x.is_finite()));
             check(3, broken.is_none(), || format!("{what} vertex {} is not finite", broken.unwrap_or_default()))?;
         }
-        let broken = self.leaves.iter().position(|leaf| leaf.pivot.iter().any(|x| !x.is_finite()));
-        check(3, broken.is_none(), || format!("the pivot of leaf {} is not finite", broken.unwrap_or_default()))
+        let broken = leaves.position(|leaf| leaf.pivot.iter().any(|x| !x.is_finite()));
+        check(3, broken.is_none(), || format!("the pivot of leaf {} is not finite", broken.unwrap_or_default()))?;
+        let is_finite = |m: &Material| m.base_color.iter().chain([&m.alpha_cutoff]).all(|x| x.is_finite());
+        let broken = self.materials.iter().find(|material| !is_finite(material));
+        check(3, broken.is_none(), || format!("a number of material {:?} is not finite", broken.map(|m| &m.name)))
     }
 
-    fn validate_materials(&self) -> Result<()> {
-        let mut used =
-            self.leaves.iter().map(|leaf| leaf.material).chain(self.wood.parts.iter().map(|part| part.material));
+    fn validate_materials(&self, leaves: impl Iterator<Item = LeafGeometry>) -> Checked {
+        let mut used = leaves.map(|leaf| leaf.material).chain(self.wood.parts.iter().map(|part| part.material));
         let missing = used.find(|&material| material as usize >= self.materials.len());
         check(4, missing.is_none(), || format!("material {missing:?} of {}", self.materials.len()))?;
         let missing = self.materials.iter().filter_map(|m| m.texture).find(|&t| t as usize >= self.textures.len());
         check(4, missing.is_none(), || format!("texture {missing:?} of {}", self.textures.len()))
     }
 
-    fn validate_wood(&self) -> Result<()> {
+    fn validate_wood(&self) -> Checked {
         let mut at = 0;
         for part in &self.wood.parts {
             let [start, end] = part.indices;
@@ -173,8 +216,4 @@ impl Plant {
         let worst = self.wood.indices.iter().max().copied();
         check(5, worst.is_none_or(|i| (i as usize) < self.wood.vertices.len()), || format!("wood index {worst:?}"))
     }
-}
-
-fn check(invariant: u8, holds: bool, what: impl FnOnce() -> String) -> Result<()> {
-    if holds { Ok(()) } else { Err(Error::InvalidPlant { invariant, what: what() }) }
 }

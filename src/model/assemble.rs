@@ -1,0 +1,149 @@
+//! From the steps of a simplification to a model: leaves sorted into drawing order, targets renumbered with them.
+
+use super::{FoliageModel, Leaf, NO_LEAF, Recipe};
+use crate::{
+    Error, Plant, Result,
+    leaf::{LeafGeometry, Vertex},
+};
+
+/// One step of a simplification: which leaf was pruned and what its target became.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prune {
+    /// Index of the pruned leaf in the plant.
+    pub leaf: u32,
+    /// Index of its target in the plant.
+    pub target: u32,
+    /// The target's linear scale from now on (equal to the one before where nothing was added).
+    pub target_scale: f32,
+    /// Error at which the leaf was pruned.
+    pub error: f32,
+}
+
+impl FoliageModel {
+    /// The model of `plant` whose leaves were lost in the order of `prunes`: the first pruned is drawn last, the one leaf
+    /// that is left becomes leaf 0. Materials, textures and wood are the plant's.
+    ///
+    /// `prunes` holds one step for every leaf but one. O(plant).
+    ///
+    /// # Errors
+    /// [`Error::InvalidModel`] when a leaf is pruned twice or not at all, when a target is gone before the leaf that
+    /// names it, and whenever [`validate`](FoliageModel::validate) refuses the result.
+    pub fn assemble(plant: &Plant, prunes: &[Prune], recipe: Recipe) -> Result<Self> {
+        let rank = drawing_rank(plant.leaves.len(), prunes)?;
+        let mut model = Self {
+            name: plant.name.clone(),
+            recipe,
+            max_scale: prunes.iter().map(|prune| prune.target_scale).fold(1.0, f32::max),
+            vertices: Vec::with_capacity(plant.vertices.len()),
+            indices: Vec::with_capacity(plant.indices.len()),
+            leaves: Vec::with_capacity(plant.leaves.len()),
+            wood: plant.wood.clone(),
+            materials: plant.materials.clone(),
+            textures: plant.textures.clone(),
+        };
+        if let Some(survivor) = rank.iter().position(|&rank| rank == 0) {
+            model.push(plant, survivor, NO_LEAF, 1.0, 0.0);
+        }
+        for prune in prunes.iter().rev() {
+            let target = rank.get(prune.target as usize).copied().unwrap_or(NO_LEAF);
+            model.push(plant, prune.leaf as usize, target, prune.target_scale, prune.error);
+        }
+        model.validate()?;
+        Ok(model)
+    }
+
+    /// Appends leaf `source` of `plant` as the next one in drawing order.
+    fn push(&mut self, plant: &Plant, source: usize, target: u32, scale: f32, error: f32) {
+        let LeafGeometry { vertices: [from, to], pivot, material, .. } = plant.leaves[source];
+        let first_vertex = self.vertices.len() as u32;
+        let first_index = self.indices.len() as u32;
+        let vertices: &[Vertex] = plant.vertices.get(from as usize..to as usize).unwrap_or_default();
+        let indices = plant.indices.get(plant.leaves[source].index_range()).unwrap_or_default();
+        self.vertices.extend_from_slice(vertices);
+        self.indices.extend(indices.iter().map(|index| index.wrapping_sub(from).wrapping_add(first_vertex)));
+        self.leaves.push(Leaf {
+            vertices: [first_vertex, self.vertices.len() as u32],
+            indices: [first_index, self.indices.len() as u32],
+            pivot,
+            material,
+            leaf_to_split: target,
+            leaf_to_collapse: target,
+            scale,
+            error,
+        });
+    }
+}
+
+/// Index in drawing order of each leaf of the plant.
+fn drawing_rank(leaves: usize, prunes: &[Prune]) -> Result<Vec<u32>> {
+    if prunes.len() + 1 != leaves {
+        return Err(broken(7, format!("{} prunes for {leaves} leaves", prunes.len())));
+    }
+    let mut rank = vec![0; leaves];
+    for (step, prune) in prunes.iter().enumerate() {
+        match rank.get_mut(prune.leaf as usize) {
+            Some(free @ 0) => *free = (leaves - 1 - step) as u32,
+            Some(_) => return Err(broken(9, format!("leaf {} is pruned twice", prune.leaf))),
+            None => return Err(broken(9, format!("leaf {} is pruned, of {leaves}", prune.leaf))),
+        }
+    }
+    Ok(rank)
+}
+
+fn broken(invariant: u8, what: String) -> Error {
+    Error::InvalidModel { invariant, what }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::validate::samples;
+
+    #[test]
+    fn the_last_survivor_is_drawn_first_and_the_first_pruned_last() {
+        let model = samples::model(4);
+        let heights: Vec<f32> = model.leaves.iter().map(|leaf| leaf.pivot[1]).collect();
+        assert_eq!(heights, [1.0, 3.0, 0.0, 2.0]);
+        let targets: Vec<u32> = model.leaves.iter().map(|leaf| leaf.leaf_to_split).collect();
+        assert_eq!(targets, [NO_LEAF, 0, 1, 1]);
+    }
+
+    #[test]
+    fn every_leaf_keeps_its_own_vertices_through_the_reordering() {
+        let (plant, model) = (samples::plant(4), samples::model(4));
+        for leaf in &model.leaves {
+            let source = &plant.leaves[leaf.pivot[1] as usize];
+            assert_eq!(model.vertices[leaf.geometry().vertex_range()], plant.vertices[source.vertex_range()]);
+            let local = |indices: &[u32], first: u32| indices.iter().map(|i| i - first).collect::<Vec<_>>();
+            assert_eq!(
+                local(&model.indices[leaf.geometry().index_range()], leaf.vertices[0]),
+                local(&plant.indices[source.index_range()], source.vertices[0])
+            );
+        }
+    }
+
+    #[test]
+    fn a_leaf_pruned_twice_or_a_target_already_gone_is_refused() {
+        let plant = samples::plant(3);
+        let step = |leaf, target| Prune { leaf, target, target_scale: 1.0, error: 0.0 };
+        let assembled = |prunes: &[Prune]| FoliageModel::assemble(&plant, prunes, Recipe::default());
+        assert!(assembled(&[step(0, 1), step(1, 2)]).is_ok());
+        for wrong in [
+            vec![step(0, 1), step(0, 2)],
+            vec![step(0, 1), step(1, 0)],
+            vec![step(0, 0), step(1, 2)],
+            vec![step(0, 9), step(1, 2)],
+            vec![step(9, 1), step(1, 2)],
+            vec![step(0, 1)],
+            vec![],
+        ] {
+            assert!(matches!(assembled(&wrong), Err(Error::InvalidModel { .. })), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn one_leaf_needs_no_prune() {
+        let model = FoliageModel::assemble(&samples::plant(1), &[], Recipe::default()).unwrap();
+        assert_eq!((model.leaves.len(), model.max_scale), (1, 1.0));
+    }
+}
