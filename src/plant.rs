@@ -174,7 +174,7 @@ impl Parts<'_> {
             check(1, starts_where_the_last_ended && ends_within, || format!("leaf {i} is {leaf:?}"))?;
             let indices = &self.indices[leaf.index_range()];
             let stay_within = indices.iter().all(|i| (leaf.vertices[0]..leaf.vertices[1]).contains(i));
-            check(2, !indices.is_empty() && indices.len() % 3 == 0 && stay_within, || {
+            check(2, !indices.is_empty() && indices.len().is_multiple_of(3) && stay_within, || {
                 format!("leaf {i} has {} indices, some beyond its vertices or none", indices.len())
             })?;
             [vertex, index] = [leaf.vertices[1], leaf.indices[1]];
@@ -208,7 +208,7 @@ impl Parts<'_> {
         let mut at = 0;
         for part in &self.wood.parts {
             let [start, end] = part.indices;
-            let sound = start == at && end >= start && (end - start) % 3 == 0;
+            let sound = start == at && end >= start && (end - start).is_multiple_of(3);
             check(5, sound, || format!("wood part {:?} follows index {at}", part.indices))?;
             at = end;
         }

@@ -168,8 +168,8 @@ fn decode_section<T: DeserializeOwned>(path: &Path, section: usize, bytes: &[u8]
     const KIB: usize = 1 << 10;
     const MIB: usize = 1 << 20;
     let decoded = match bytes.len() {
-        ..=KIB => decode_limited::<T, KIB>(bytes),
-        ..=MIB => decode_limited::<T, MIB>(bytes),
+        length if length <= KIB => decode_limited::<T, KIB>(bytes),
+        length if length <= MIB => decode_limited::<T, MIB>(bytes),
         length if length <= 32 * MIB => decode_limited::<T, { 32 * MIB }>(bytes),
         _ => decode_limited::<T, { MAX_FILE_BYTES as usize }>(bytes),
     };

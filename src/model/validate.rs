@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn invariant_6_counts_stay_within_their_limits() {
         let model = samples::model(1);
-        let too_many = (0..=crate::plant::MAX_LEAVES).map(|_| model.leaves[0].geometry());
+        let too_many = (0..crate::plant::MAX_LEAVES + 1).map(|_| model.leaves[0].geometry());
         assert!(matches!(model.parts().validate(too_many), Err(Broken { invariant: 6, .. })));
     }
 
