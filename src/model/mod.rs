@@ -1,7 +1,7 @@
 //! The model: leaves in drawing order, each with its swap record, and everything needed to draw them.
 //!
 //! A model never changes once it is made: any number of plants on screen read one model, each at its own active count.
-//! [`assemble`](FoliageModel::assemble) makes it from the steps of a simplification, [`format`] is its file, and
+//! [`assemble`](FoliageModel::assemble) makes it from the steps of a simplification, [`mod@format`] is its file, and
 //! [`timeline`] tells the drawn scale of any leaf at any active count without state.
 
 mod assemble;

@@ -1,0 +1,353 @@
+//! Level of detail: how much of a plant is drawn, from how it is seen.
+//!
+//! A [`LodPolicy`] turns a [`Sight`] into a LOD between 0 and 1, [`leaf_count`] turns that into the active count, and
+//! [`Hysteresis`] keeps the count still while the camera trembles. Three policies:
+//!
+//! - [`Blend`]: J. Gasch et al., *Multiresolution Foliage Rendering*, Equation 1, put right: LOD = a·nearness +
+//!   b·projected area. As printed it takes the distance itself, so that far plants would get more leaves; and it reaches
+//!   full detail only for a plant that fills the screen, hence here the area counts relative to what it is at `near`.
+//! - [`CookLambda`]: R. Cook, J. Halstead, M. Planck, D. Ryu, *Stochastic Simplification of Aggregate Detail* (2007),
+//!   Equation 2: lambda = b^(ln(1/2)/ln h), b the plant's screen area over that at full detail.
+//! - [`PixelError`] (ours): the fewest leaves whose recorded prune errors, as they appear on screen, stay under a bound.
+//!
+//! Distances count in radii of the plant's bounding sphere, so that one setting serves trees of any size. Whatever the
+//! numbers (far = near, NaN, a camera inside the crown), the LOD is between 0 and 1.
+//!
+//! Limits: no policy looks at light, motion or what hides the plant.
+
+use crate::model::FoliageModel;
+use std::sync::Arc;
+
+/// Vertical field of view to which distances given without one refer: 60 degrees.
+pub const REFERENCE_FOV_Y: f32 = std::f32::consts::FRAC_PI_3;
+
+/// How a plant is seen in one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// From the camera to the centre of the plant's bounding sphere, in the plant's units times the instance's scale.
+    pub distance: f32,
+    /// Radius of the bounding sphere in the same unit.
+    pub radius: f32,
+    /// Vertical field of view in radians, between 0 and pi.
+    pub fov_y: f32,
+    /// Height of the picture in pixels.
+    pub height_px: f32,
+}
+
+impl Sight {
+    /// Distance in radii of the bounding sphere; 0 when either is not a number or the plant is a point at the camera.
+    pub fn distance_in_radii(&self) -> f32 {
+        let radii = self.distance / self.radius;
+        if radii.is_nan() { 0.0 } else { radii.max(0.0) }
+    }
+
+    /// Radius of the bounding sphere's outline over half the picture's height. Infinite from inside the sphere.
+    fn outline(&self) -> f32 {
+        outline(self.distance_in_radii(), self.fov_y)
+    }
+
+    /// Radius of the bounding sphere's outline in pixels. Infinite from inside the sphere.
+    pub fn radius_px(&self) -> f32 {
+        self.outline() * 0.5 * self.height_px
+    }
+}
+
+/// Radius of a unit sphere's outline at `distance` over half the picture's height; infinite from inside.
+fn outline(distance: f32, fov_y: f32) -> f32 {
+    if distance > 1.0 { 1.0 / ((distance * distance - 1.0).sqrt() * (0.5 * fov_y).tan()) } else { f32::INFINITY }
+}
+
+/// A rule for how much of a plant to draw. A game may add its own.
+pub trait LodPolicy {
+    /// Level of detail from 0 (as little as there is) to 1 (everything).
+    fn lod(&self, sight: &Sight) -> f32;
+}
+
+/// The active count for `lod` of a model of `leaves` leaves: the nearest whole number to `lod * leaves`, at least
+/// `min_leaves` and at most `leaves`. A LOD that is not a number counts as 0.
+pub fn leaf_count(lod: f32, leaves: u32, min_leaves: u32) -> u32 {
+    let wanted = (f64::from(lod) * f64::from(leaves)).round() as u32;
+    wanted.max(min_leaves).min(leaves)
+}
+
+/// Equation 1 put right: a weighted blend of nearness and projected area.
+///
+/// LOD = clamp(`nearness_weight` * nearness + `area_weight` * area, 0, 1), where nearness falls evenly from 1 at `near` to
+/// 0 at `far`, and area is the screen area of the bounding sphere over its area at `near` under [`REFERENCE_FOV_Y`], at
+/// most 1; so zooming in raises it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Blend {
+    /// Distance in radii up to which nearness is 1. Above 1; at 1 or less the area counts from inside the sphere only.
+    pub near: f32,
+    /// Distance in radii from which nearness is 0. At `near` or closer, nearness is a step.
+    pub far: f32,
+    /// Weight a of the nearness.
+    pub nearness_weight: f32,
+    /// Weight b of the area.
+    pub area_weight: f32,
+}
+
+impl Default for Blend {
+    /// The paper's weights, 0.8 and 0.2; from 3 radii, where the plant fills most of a 60 degree picture, to 60, where it
+    /// is a twentieth of that.
+    fn default() -> Self {
+        Self { near: 3.0, far: 60.0, nearness_weight: 0.8, area_weight: 0.2 }
+    }
+}
+
+impl LodPolicy for Blend {
+    fn lod(&self, sight: &Sight) -> f32 {
+        let distance = sight.distance_in_radii();
+        let nearness = if self.far > self.near {
+            1.0 - unit((distance - self.near) / (self.far - self.near))
+        } else {
+            f32::from(u8::from(distance <= self.near))
+        };
+        let is_inside = distance <= 1.0;
+        let area = if is_inside { 1.0 } else { unit((sight.outline() / outline(self.near, REFERENCE_FOV_Y)).powi(2)) };
+        unit(self.nearness_weight * nearness + self.area_weight * area)
+    }
+}
+
+/// Cook's lambda: the fraction of leaves kept falls as a power of the plant's screen area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CookLambda {
+    /// Distance in radii, under [`REFERENCE_FOV_Y`], within which everything is drawn.
+    pub start: f32,
+    /// Screen area, over that at `start`, at which half of the leaves are drawn. Between 0 and 1; the paper keeps to at
+    /// most 1/2, and gives 0.4.
+    pub half_area: f32,
+}
+
+/// Where `half_area` stops short of 1, at which the power would be infinite.
+const LARGEST_HALF_AREA: f32 = 0.999;
+
+impl Default for CookLambda {
+    /// The paper's h = 0.4, from 3 radii.
+    fn default() -> Self {
+        Self { start: 3.0, half_area: 0.4 }
+    }
+}
+
+impl LodPolicy for CookLambda {
+    fn lod(&self, sight: &Sight) -> f32 {
+        let magnification = (0.5 * REFERENCE_FOV_Y).tan() / (0.5 * sight.fov_y).tan();
+        let area = (self.start / sight.distance_in_radii() * magnification).powi(2);
+        if area.is_nan() || area >= 1.0 {
+            return 1.0;
+        }
+        let half_area = self.half_area.clamp(0.0, LARGEST_HALF_AREA);
+        unit(area.powf(0.5_f32.ln() / half_area.ln()))
+    }
+}
+
+/// The fewest leaves for which the recorded errors of all pruned leaves, added up and carried over to the screen, stay
+/// under a bound.
+///
+/// A recorded error is taken as a share of the views: for the criteria that count pixels, pixels over the pixels of all
+/// views; for VMI, bits over the number of views. That share times the square of pixels around the plant on screen is the
+/// error in pixels (for VMI: pixels, each weighted by the bits it tells). The sum is an upper bound of what pruning all of
+/// them changes, so the bound is kept but not reached.
+#[derive(Debug, Clone)]
+pub struct PixelError {
+    /// Most pixels that may be wrong; at least 0.
+    pub bound_px: f32,
+    /// Entry n: share of the views that is wrong at active count n. Falls to 0 at the end.
+    share: Arc<[f64]>,
+}
+
+impl PixelError {
+    /// The policy for one model. O(leaves).
+    pub fn new(model: &FoliageModel, bound_px: f32) -> Self {
+        let views = f64::from(model.recipe.views.max(1));
+        let resolution = f64::from(model.recipe.resolution.max(1));
+        let whole = if model.recipe.criterion == "vmi" { views } else { views * resolution * resolution };
+        let mut share = vec![0.0; model.leaves.len() + 1];
+        for (i, leaf) in model.leaves.iter().enumerate().rev() {
+            share[i] = share[i + 1] + f64::from(leaf.error) / whole;
+        }
+        Self { bound_px, share: share.into() }
+    }
+
+    /// The fewest leaves whose error on screen stays within the bound.
+    pub fn fewest_leaves(&self, sight: &Sight) -> u32 {
+        let square_px = (2.0 * f64::from(sight.radius_px())).powi(2);
+        let too_few = self.share.partition_point(|share| share * square_px > f64::from(self.bound_px));
+        too_few.min(self.share.len() - 1) as u32
+    }
+}
+
+impl LodPolicy for PixelError {
+    fn lod(&self, sight: &Sight) -> f32 {
+        let leaves = self.share.len() - 1;
+        unit((f64::from(self.fewest_leaves(sight)) / leaves as f64) as f32)
+    }
+}
+
+/// A dead band around the active count: a still or trembling camera changes nothing.
+///
+/// The count follows what is wanted as if drawn by a slack rope, so a slow dolly changes it a leaf or two at a time and never by the
+/// width of the band at once. Full detail and `min_leaves` are always reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hysteresis {
+    /// Half the width of the band over the count. 0 follows at once.
+    pub dead_band: f32,
+    current: Option<u32>,
+}
+
+impl Default for Hysteresis {
+    /// 2 % of the leaves: what a camera that trembles by 1 % of its distance moves a count that goes with the area.
+    fn default() -> Self {
+        Self::new(0.02)
+    }
+}
+
+impl Hysteresis {
+    /// A dead band of `dead_band` times the count to either side.
+    pub fn new(dead_band: f32) -> Self {
+        Self { dead_band, current: None }
+    }
+
+    /// The count to draw when `wanted` would be right for this frame, out of `min_leaves..=leaves`.
+    pub fn settle(&mut self, wanted: u32, leaves: u32, min_leaves: u32) -> u32 {
+        let wanted = wanted.max(min_leaves).min(leaves);
+        let slack = (self.dead_band.max(0.0) * wanted as f32) as u32;
+        let settled = match self.current {
+            Some(current) if wanted < leaves && wanted > min_leaves => {
+                current.clamp(wanted.saturating_sub(slack), wanted.saturating_add(slack)).max(min_leaves).min(leaves)
+            }
+            _ => wanted,
+        };
+        self.current = Some(settled);
+        settled
+    }
+}
+
+/// Clamped to 0..=1; not a number is 0.
+fn unit(x: f32) -> f32 {
+    if x.is_nan() { 0.0 } else { x.clamp(0.0, 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(radii: f32) -> Sight {
+        Sight { distance: 2.0 * radii, radius: 2.0, fov_y: REFERENCE_FOV_Y, height_px: 1080.0 }
+    }
+
+    fn zoomed(radii: f32, fov_y: f32) -> Sight {
+        Sight { fov_y, ..at(radii) }
+    }
+
+    fn policies() -> Vec<Box<dyn LodPolicy>> {
+        let share = Arc::from([0.4, 0.1, 0.01, 0.0]);
+        vec![
+            Box::new(Blend::default()),
+            Box::new(CookLambda::default()),
+            Box::new(PixelError { bound_px: 200.0, share }),
+        ]
+    }
+
+    #[test]
+    fn lod_falls_with_distance_from_1_at_near_and_rises_with_zoom() {
+        for (i, policy) in policies().iter().enumerate() {
+            let lods: Vec<f32> = (0..400).map(|step| policy.lod(&at(0.25 * step as f32))).collect();
+            assert!(lods.windows(2).all(|pair| pair[0] >= pair[1]), "policy {i}: {lods:?}");
+            assert_eq!(lods[11], 1.0, "policy {i} at 2.75 radii");
+            assert!(lods[399] < 0.5, "policy {i} at 100 radii");
+            assert!(policy.lod(&zoomed(30.0, 0.1)) > policy.lod(&at(30.0)), "policy {i}");
+        }
+    }
+
+    #[test]
+    fn blend_is_equation_1_between_near_and_far() {
+        let lod = Blend::default().lod(&at(31.5));
+        let area = (3.0_f32.powi(2) - 1.0) / (31.5_f32.powi(2) - 1.0);
+        assert!((lod - (0.8 * 0.5 + 0.2 * area)).abs() < 1e-6, "{lod}");
+    }
+
+    #[test]
+    fn cook_keeps_half_of_the_leaves_at_half_area() {
+        for half_area in [0.1_f32, 0.4, 0.5, 0.9] {
+            let policy = CookLambda { start: 3.0, half_area };
+            assert!((policy.lod(&at(3.0 / half_area.sqrt())) - 0.5).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn pixel_error_takes_the_fewest_leaves_within_the_bound() {
+        let policy = PixelError { bound_px: 2.0, share: Arc::from([0.4, 0.1, 0.01, 0.0]) };
+        for step in 0..4000 {
+            let sight = at(1.0 + 0.05 * step as f32);
+            let n = policy.fewest_leaves(&sight) as usize;
+            let error_px = |n: usize| policy.share[n] * (2.0 * f64::from(sight.radius_px())).powi(2);
+            assert!(n == 3 || error_px(n) <= 2.0);
+            assert!(n == 0 || error_px(n - 1) > 2.0);
+        }
+    }
+
+    #[test]
+    fn any_numbers_give_a_lod_between_0_and_1() {
+        let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -1.0, 1.0, 1e-38, 1e38];
+        let mut policies = policies();
+        for near in odd {
+            for far in odd {
+                policies.push(Box::new(Blend { near, far, nearness_weight: 0.8, area_weight: 0.2 }));
+                policies.push(Box::new(CookLambda { start: near, half_area: far }));
+            }
+        }
+        for policy in policies {
+            for distance in odd {
+                for radius in odd {
+                    for fov_y in [f32::NAN, 0.0, 0.0175, 2.967, 3.2] {
+                        let lod = policy.lod(&Sight { distance, radius, fov_y, height_px: 1.0 });
+                        assert!((0.0..=1.0).contains(&lod), "{lod} at {distance} {radius} {fov_y}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn equal_near_and_far_make_a_step_of_the_nearness() {
+        let blend = Blend { near: 5.0, far: 5.0, nearness_weight: 1.0, area_weight: 0.0 };
+        assert_eq!([blend.lod(&at(4.9)), blend.lod(&at(5.1))], [1.0, 0.0]);
+    }
+
+    #[test]
+    fn from_inside_the_crown_everything_is_drawn() {
+        for radii in [0.0, 0.5, 1.0] {
+            assert_eq!(Blend::default().lod(&at(radii)), 1.0);
+            assert_eq!(CookLambda::default().lod(&at(radii)), 1.0);
+        }
+    }
+
+    #[test]
+    fn leaf_count_rounds_and_stays_between_the_least_and_all() {
+        let counts = [0.0, 0.049, 0.25, 0.5, 0.999, 1.0, 2.0, -1.0, f32::NAN].map(|lod| leaf_count(lod, 100, 3));
+        assert_eq!(counts, [3, 5, 25, 50, 100, 100, 100, 3, 3]);
+        assert_eq!(leaf_count(0.5, 2, 10), 2);
+        for n in [1, 77_777, 4_194_303_u32] {
+            assert_eq!(leaf_count((f64::from(n) / 4_194_304.0) as f32, 4_194_304, 0), n);
+        }
+    }
+
+    #[test]
+    fn a_trembling_count_settles_and_a_slow_one_moves_by_two_at_most() {
+        let mut hysteresis = Hysteresis::new(0.02);
+        assert_eq!(hysteresis.settle(1000, 2000, 1), 1000);
+        for wanted in [1010, 990, 1005, 1015, 985] {
+            assert_eq!(hysteresis.settle(wanted, 2000, 1), 1000);
+        }
+        let mut last = 1000;
+        for wanted in (1..1000).rev() {
+            let n = hysteresis.settle(wanted, 2000, 1);
+            assert!(last - n <= 2, "{last} -> {n}");
+            last = n;
+        }
+        assert_eq!(hysteresis.settle(1, 2000, 1), 1);
+        assert_eq!(hysteresis.settle(2000, 2000, 1), 2000);
+        assert_eq!(Hysteresis::new(f32::NAN).settle(7, 5, 9), 5);
+    }
+}
