@@ -1,0 +1,104 @@
+//! How a surface is lit: one sun, a sky, and a crown that shades its own inside.
+//!
+//! Meant to make crowns readable, not to be measured: leaves take light on both sides and let some through, and light
+//! fades towards the crown's middle in place of shadows. The crown is the box around *all* leaves, so that a model looks
+//! the same lit at any number of active leaves.
+//!
+//! Limits: no cast shadows, no specular reflection.
+
+use crate::bounds::Aabb;
+use glam::{DVec3, Vec3};
+
+/// Light of the sun, of the sky straight above and of the ground below, linear.
+const SUN: Vec3 = Vec3::new(1.75, 1.65, 1.4);
+const SKY: Vec3 = Vec3::new(0.42, 0.50, 0.62);
+const GROUND: Vec3 = Vec3::new(0.16, 0.16, 0.12);
+/// Where the sun stands: high, ahead of +Z and to the right, so that pictures from +Z are lit from the front.
+const TOWARDS_SUN: Vec3 = Vec3::new(0.48, 0.72, 0.50);
+/// How far light reaches around a leaf's edge-on position.
+const WRAP: f32 = 0.25;
+/// Share of the sun's light that shines through a leaf, and its tint.
+const THROUGH: f32 = 0.45;
+const THROUGH_TINT: Vec3 = Vec3::new(1.0, 1.05, 0.55);
+/// Share of the light left in the middle of a crown.
+const INNERMOST: f32 = 0.35;
+/// How much a leaf's normal leans outwards from the crown: softens the noise of thousands of cards.
+const LEAN: f32 = 0.45;
+
+/// The light of one picture.
+pub(super) struct Light {
+    crown_center_from_eye: Vec3,
+    /// One over half the crown's extent along each axis.
+    inverse_half_size: Vec3,
+}
+
+impl Light {
+    /// `crown` is the box around all leaves, in the plant's space.
+    pub(super) fn new(crown: &Aabb, eye: DVec3) -> Self {
+        let half_size = (crown.size() * 0.5).max(Vec3::splat(f32::MIN_POSITIVE));
+        let inverse = half_size.recip();
+        Self {
+            crown_center_from_eye: (crown.center() - eye).as_vec3(),
+            inverse_half_size: if inverse.is_finite() && !crown.is_empty() { inverse } else { Vec3::ZERO },
+        }
+    }
+
+    /// Light that a surface of colour `albedo` at `from_eye` sends back to the eye, linear.
+    pub(super) fn reflected(&self, albedo: Vec3, normal: Vec3, from_eye: Vec3, is_leaf: bool, two_sided: bool) -> Vec3 {
+        let flip = if two_sided && normal.dot(from_eye) > 0.0 { -1.0 } else { 1.0 };
+        let normal = (normal * flip).normalize_or_zero();
+        // 0 in the crown's middle, 1 on the ellipsoid that its box encloses.
+        let in_crown = (from_eye - self.crown_center_from_eye) * self.inverse_half_size;
+        let open = INNERMOST + (1.0 - INNERMOST) * smoothstep(0.15, 1.0, in_crown.length());
+        let towards_sun = TOWARDS_SUN.normalize();
+        let lit = if is_leaf {
+            let outwards = (in_crown * self.inverse_half_size).normalize_or_zero();
+            let leaning = (normal + outwards * LEAN).normalize_or_zero();
+            let facing = ((leaning.dot(towards_sun) + WRAP) / (1.0 + WRAP)).max(0.0);
+            let through = (-normal.dot(towards_sun)).max(0.0) * THROUGH;
+            SUN * (Vec3::splat(facing) + THROUGH_TINT * through) + sky(leaning)
+        } else {
+            SUN * normal.dot(towards_sun).max(0.0) + sky(normal)
+        };
+        albedo * lit * open
+    }
+}
+
+fn sky(normal: Vec3) -> Vec3 {
+    GROUND.lerp(SKY, normal.y * 0.5 + 0.5)
+}
+
+fn smoothstep(from: f32, to: f32, x: f32) -> f32 {
+    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// The backdrop, linear, at a height of 0 (bottom of the picture) to 1 (top).
+pub(super) fn backdrop(height: f32) -> Vec3 {
+    const HORIZON: Vec3 = Vec3::new(0.80, 0.86, 0.90);
+    const ZENITH: Vec3 = Vec3::new(0.36, 0.55, 0.80);
+    const FLOOR: Vec3 = Vec3::new(0.62, 0.62, 0.56);
+    const HORIZON_HEIGHT: f32 = 0.22;
+    if height < HORIZON_HEIGHT {
+        FLOOR.lerp(HORIZON, smoothstep(0.0, 1.0, height / HORIZON_HEIGHT))
+    } else {
+        HORIZON.lerp(ZENITH, (height - HORIZON_HEIGHT) / (1.0 - HORIZON_HEIGHT))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_leaf_is_never_black_and_a_flat_or_missing_crown_stays_finite() {
+        let flat = Aabb { min: [0.0; 3], max: [1.0, 0.0, 1.0] };
+        for crown in [Aabb::EMPTY, flat, Aabb { min: [-1.0; 3], max: [1.0; 3] }] {
+            let light = Light::new(&crown, DVec3::Z * 3.0);
+            for normal in [Vec3::X, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::ZERO] {
+                let color = light.reflected(Vec3::ONE, normal, Vec3::new(0.0, 0.0, -3.0), true, true);
+                assert!(color.is_finite() && color.min_element() > 0.05, "{crown:?} {normal} {color}");
+            }
+        }
+    }
+}
