@@ -1,0 +1,103 @@
+//! Bark that repeats without a seam, from value noise on a wrapped lattice.
+
+use super::{mixed, shaded, smooth, unit_color};
+use crate::grow::{
+    random::Random,
+    species::{BarkPattern, BarkStyle},
+};
+
+/// Texels on a side.
+pub(super) const SIDE: u32 = 256;
+/// Dark level marks (lenticels) on papery bark.
+const LENTICELS: u32 = 90;
+/// Dark branch scars on papery bark.
+const SCARS: u32 = 2;
+
+/// RGB bytes, rows from the top.
+pub(super) fn paint(style: &BarkStyle, seed: u64) -> Vec<u8> {
+    let (light, dark) = (unit_color(style.color), unit_color(style.color_dark));
+    let marks = papery_marks(seed);
+    let color = |x: f32, y: f32| match style.pattern {
+        BarkPattern::Furrowed => mixed(dark, light, furrowed(x, y, seed)),
+        BarkPattern::Scaly => mixed(dark, light, scaly(x, y, seed)),
+        BarkPattern::Papery => papery(x, y, seed, &marks, light, dark),
+    };
+    let texel = |i: u32| ((i % SIDE) as f32 / SIDE as f32, (i / SIDE) as f32 / SIDE as f32);
+    let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    (0..SIDE * SIDE).map(texel).flat_map(|(x, y)| color(x, y).map(byte)).collect()
+}
+
+/// 0 in a furrow, 1 on a ridge: upright furrows that part and meet.
+fn furrowed(x: f32, y: f32, seed: u64) -> f32 {
+    let bend = 0.06 * (noise(x, y, [3, 3], seed ^ 1) - 0.5);
+    let ridge = (noise(x + bend, y, [14, 3], seed) - 0.5).abs() * 2.0;
+    let crack = (noise(x + bend, y, [20, 9], seed ^ 2) - 0.5).abs() * 2.0;
+    let grain = noise(x, y, [64, 64], seed ^ 3);
+    (smooth(0.02, 0.42, ridge) * (0.75 + 0.25 * smooth(0.0, 0.3, crack)) * (0.72 + 0.28 * grain)).min(1.0)
+}
+
+/// Narrow flat ridges, broken across into scales.
+fn scaly(x: f32, y: f32, seed: u64) -> f32 {
+    let bend = 0.04 * (noise(x, y, [4, 4], seed ^ 1) - 0.5);
+    let ridge = (noise(x + bend, y, [12, 4], seed) - 0.5).abs() * 2.0;
+    let across = (noise(x, y + bend, [8, 16], seed ^ 2) - 0.5).abs() * 2.0;
+    let grain = noise(x, y, [90, 40], seed ^ 3);
+    let tone = noise(x, y, [10, 8], seed ^ 4);
+    smooth(0.0, 0.22, ridge) * (0.6 + 0.4 * smooth(0.0, 0.18, across)) * (0.62 + 0.2 * grain + 0.18 * tone)
+}
+
+/// A level mark: middle, half width, half height.
+type Mark = [f32; 4];
+
+fn papery_marks(seed: u64) -> Vec<Mark> {
+    let random = &mut Random::new(seed ^ 5);
+    let mut mark = |half_width: f32, half_height: f32| {
+        let size = 0.4 + random.unit();
+        [random.unit(), random.unit(), half_width * size, half_height]
+    };
+    let lenticels = (0..LENTICELS).map(|_| mark(0.035, 0.0035)).collect::<Vec<_>>();
+    let scars = (0..SCARS).map(|_| mark(0.16, 0.055));
+    scars.chain(lenticels).collect()
+}
+
+fn papery(x: f32, y: f32, seed: u64, marks: &[Mark], light: [f32; 3], dark: [f32; 3]) -> [f32; 3] {
+    let tone = 0.86 + 0.1 * noise(x, y, [4, 10], seed) + 0.06 * noise(x, y, [24, 64], seed ^ 1);
+    let base = shaded(light, tone);
+    let darkest = marks.iter().map(|mark| inside_mark(x, y, mark)).fold(0.0, f32::max);
+    mixed(base, dark, 0.85 * darkest)
+}
+
+/// 1 inside a mark, soft at its rim; marks reach over the texture's edge.
+fn inside_mark(x: f32, y: f32, &[mark_x, mark_y, half_width, half_height]: &Mark) -> f32 {
+    let wrapped = |distance: f32| distance - distance.round();
+    let across = wrapped(x - mark_x) / half_width;
+    let along = wrapped(y - mark_y) / half_height;
+    1.0 - smooth(0.5, 1.0, across * across + along * along)
+}
+
+/// Value noise from 0 to 1 with `cells` lattice cells per repeat, smooth between them.
+fn noise(x: f32, y: f32, cells: [u32; 2], seed: u64) -> f32 {
+    let (across, up) = (x.rem_euclid(1.0) * cells[0] as f32, y.rem_euclid(1.0) * cells[1] as f32);
+    let (column, row) = (across as u32, up as u32);
+    let corner = |i: u32, j: u32| {
+        let cell = u64::from((row + j) % cells[1]) << 32 | u64::from((column + i) % cells[0]);
+        Random::of_part(seed, cell).unit()
+    };
+    let (s, t) = (smooth(0.0, 1.0, across.fract()), smooth(0.0, 1.0, up.fract()));
+    let low = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * s;
+    let high = corner(0, 1) + (corner(1, 1) - corner(0, 1)) * s;
+    low + (high - low) * t
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_meets_itself_over_the_edge() {
+        for i in 0..20 {
+            let y = i as f32 / 20.0;
+            assert!((noise(0.0, y, [7, 5], 3) - noise(1.0 - 1e-6, y, [7, 5], 3)).abs() < 1e-4);
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! The random numbers of growth: SplitMix64, the same on every machine.
+//!
+//! After Sebastiano Vigna, "An experimental exploration of Marsaglia's xorshift generators, scrambled" (2014), whose
+//! seeding generator is SplitMix64: a Weyl sequence through Stafford's 13th variant of the MurmurHash3 finaliser.
+//!
+//! Limits: 64 bits of state; not for secrets.
+
+/// Increment of the Weyl sequence: 2^64 over the golden ratio, made odd.
+const GOLDEN_GAMMA: u64 = 0x9E37_79B9_7F4A_7C15;
+/// 2^-24: turns the upper 24 bits of a draw into a float in [0, 1) that f32 holds exactly.
+const UNIT: f32 = 1.0 / 16_777_216.0;
+
+/// A stream of random numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Random {
+    state: u64,
+}
+
+impl Random {
+    /// The stream of `seed`.
+    pub fn new(seed: u64) -> Self {
+        Self { state: mix(seed ^ GOLDEN_GAMMA) }
+    }
+
+    /// The stream of the `index`-th part of `seed`: neighbours share nothing visible.
+    pub fn of_part(seed: u64, index: u64) -> Self {
+        Self::new(mix(seed).wrapping_add(mix(index.wrapping_add(1))))
+    }
+
+    /// The next 64 bits.
+    pub fn bits(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(GOLDEN_GAMMA);
+        mix(self.state)
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 * UNIT
+    }
+
+    /// Uniform in [-1, 1).
+    pub fn signed(&mut self) -> f32 {
+        2.0 * self.unit() - 1.0
+    }
+
+    /// `value` +- `variation`, uniform.
+    pub fn vary(&mut self, value: f32, variation: f32) -> f32 {
+        value + variation * self.signed()
+    }
+}
+
+/// Stafford's variant 13: every input bit reaches every output bit.
+fn mix(bits: u64) -> u64 {
+    let bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    bits ^ (bits >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stream_of_a_seed_never_changes() {
+        let mut random = Random { state: 0 };
+        assert_eq!([random.bits(), random.bits()], [0xE220_A839_7B1D_CDAF, 0x6E78_9E6A_A1B9_65F4]);
+    }
+
+    #[test]
+    fn numbers_stay_in_range_and_are_centred() {
+        let mut random = Random::new(7);
+        let draws: Vec<f32> = (0..10_000).map(|_| random.unit()).collect();
+        assert!(draws.iter().all(|x| (0.0..1.0).contains(x)));
+        assert!((draws.iter().sum::<f32>() / 10_000.0 - 0.5).abs() < 0.02);
+    }
+}
