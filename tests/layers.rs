@@ -1,0 +1,222 @@
+//! Imports point one way: every `crate::` path in `src` is held against the layers below.
+
+use std::{
+    collections::HashMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// The modules of the crate from the bottom up. A module may use those of lower layers; of its own layer only itself.
+const LAYERS: [&[&str]; 9] = [
+    &["error", "bounds", "file"],
+    &["leaf", "material"],
+    &["plant"],
+    &["import", "grow", "model"],
+    &["simplify", "extract", "stochastic"],
+    &["scene"],
+    &["render"],
+    &["report"],
+    &["bin"],
+];
+
+/// Module pairs (user, used) of one layer that are allowed nevertheless.
+const WITHIN_LAYER: [(&str, &str); 4] =
+    [("error", "error"), ("file", "error"), ("bounds", "error"), ("leaf", "material")];
+
+/// Crates that only some files may name, and where those files are.
+const ONLY_IN: [(&str, &[&str]); 3] =
+    [("obvhs", &["simplify/neighbours", "scene/"]), ("bincode", &["model/format.rs"]), ("wgpu", &["render/"])];
+
+fn layer(module: &str) -> Option<usize> {
+    LAYERS.iter().position(|layer| layer.contains(&module))
+}
+
+/// The source with comments and literals blanked, so that every position stays where it was.
+fn code_only(source: &str) -> String {
+    let chars: Vec<char> = source.chars().collect();
+    let mut code = String::new();
+    let mut at = 0;
+    while at < chars.len() {
+        let end = blank_end(&chars, at);
+        if end > at {
+            code.extend(chars[at..end].iter().map(|&c| if c == '\n' { '\n' } else { ' ' }));
+            at = end;
+        } else {
+            code.push(chars[at]);
+            at += 1;
+        }
+    }
+    code
+}
+
+/// One past the end of the comment or literal that starts at `at`; `at` itself where none does.
+fn blank_end(chars: &[char], at: usize) -> usize {
+    let starts = |from: usize, text: &str| text.chars().enumerate().all(|(i, c)| chars.get(from + i) == Some(&c));
+    let after = |from: usize, text: &str| (from..chars.len()).find(|&i| starts(i, text)).map(|i| i + text.len());
+    let raw_hashes = chars[at + 1..].iter().take_while(|&&c| c == '#').count();
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    if starts(at, "//") {
+        after(at, "\n").map_or(chars.len(), |end| end - 1)
+    } else if starts(at, "/*") {
+        after(at + 2, "*/").unwrap_or(chars.len())
+    } else if chars[at] == 'r' && chars.get(at + 1 + raw_hashes) == Some(&'"') && (at == 0 || !is_word(chars[at - 1])) {
+        after(at + 2 + raw_hashes, &format!("\"{}", "#".repeat(raw_hashes))).unwrap_or(chars.len())
+    } else if chars[at] == '"' {
+        let mut end = at + 1;
+        while end < chars.len() && chars[end] != '"' {
+            end += if chars[end] == '\\' { 2 } else { 1 };
+        }
+        (end + 1).min(chars.len())
+    } else if chars[at] == '\'' && chars.get(at + 1) == Some(&'\\') {
+        after(at + 3, "'").unwrap_or(chars.len())
+    } else if chars[at] == '\'' && chars.get(at + 2) == Some(&'\'') {
+        at + 3
+    } else {
+        at
+    }
+}
+
+/// First names of the paths that follow `prefix` in `code`, each with its line: `a` and `b` for `crate::{a::x, b}`.
+fn first_names(code: &str, prefix: &str) -> Vec<(usize, String)> {
+    let mut names = Vec::new();
+    for (start, _) in code.match_indices(prefix) {
+        let rest = &code[start + prefix.len()..];
+        let line = |offset: usize| code[..start + prefix.len() + offset].matches('\n').count() + 1;
+        let word = |from: usize| rest[from..].chars().take_while(|&c| c.is_alphanumeric() || c == '_').collect();
+        if !rest.starts_with('{') {
+            names.push((line(0), word(0)));
+            continue;
+        }
+        let (mut depth, mut expects_name) = (0, false);
+        for (offset, c) in rest.char_indices() {
+            match c {
+                '{' => depth += 1,
+                '}' => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 {
+                break;
+            }
+            if depth == 1 && expects_name && (c.is_alphanumeric() || c == '_') {
+                names.push((line(offset), word(offset)));
+                expects_name = false;
+            } else if depth == 1 && (c == '{' || c == ',') {
+                expects_name = true;
+            }
+        }
+    }
+    names
+}
+
+/// Names that `lib.rs` re-exports, and the module that each comes from.
+fn reexports(lib: &str) -> HashMap<String, String> {
+    let code = code_only(lib);
+    let mut found = HashMap::new();
+    for (_, module) in first_names(&code, "pub use ") {
+        for (_, name) in first_names(&code, &format!("pub use {module}::")) {
+            found.insert(name, module.clone());
+        }
+    }
+    found
+}
+
+/// Every broken rule of one file, as `file:line: rule`. `file` is relative to `src`, with `/`.
+fn violations(file: &str, source: &str, reexports: &HashMap<String, String>) -> Vec<String> {
+    if file == "lib.rs" {
+        return Vec::new();
+    }
+    let code = code_only(source);
+    let user = file.split('/').next().unwrap().trim_end_matches(".rs");
+    let mut broken = Vec::new();
+    let mut report = |line: usize, rule: String| broken.push(format!("src/{file}:{line}: {rule}"));
+    let Some(own) = layer(user) else {
+        return vec![format!("src/{file}:1: module `{user}` has no place in the layers")];
+    };
+    for (line, name) in first_names(&code, "crate::") {
+        let used = reexports.get(&name).unwrap_or(&name).as_str();
+        let is_allowed = used == user || WITHIN_LAYER.contains(&(user, used));
+        match layer(used) {
+            None => report(line, format!("`crate::{name}` is in no layer")),
+            Some(other) if other >= own && !is_allowed => {
+                report(line, format!("`{user}` may not use `{used}`, which is not in a lower layer"));
+            }
+            Some(_) => {}
+        }
+    }
+    if !file.contains('/') {
+        for (number, text) in code.lines().enumerate().filter(|(_, text)| text.starts_with("use super")) {
+            report(number + 1, format!("`{}` reaches around the layers; write `crate::`", text.trim()));
+        }
+    }
+    for (name, places) in ONLY_IN {
+        let is_elsewhere = !places.iter().any(|place| file.starts_with(place));
+        let lines = code.lines().enumerate().filter(|(_, text)| has_word(text, name));
+        lines.filter(|_| is_elsewhere).for_each(|(number, _)| {
+            report(number + 1, format!("`{name}` may be named only in {}", places.join(", ")));
+        });
+    }
+    broken
+}
+
+fn has_word(text: &str, word: &str) -> bool {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_').any(|part| part == word)
+}
+
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(rust_files(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    files
+}
+
+#[test]
+fn imports_point_downwards_and_crates_stay_in_their_files() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let reexports = reexports(&fs::read_to_string(src.join("lib.rs")).unwrap());
+    let files = rust_files(&src);
+    assert!(files.len() > 20, "only {} files found", files.len());
+    let broken: Vec<String> = files
+        .iter()
+        .flat_map(|path| {
+            let file = path.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
+            violations(&file, &fs::read_to_string(path).unwrap(), &reexports)
+        })
+        .collect();
+    assert!(broken.is_empty(), "\n{}", broken.join("\n"));
+}
+
+#[test]
+fn a_broken_rule_is_told_with_file_line_and_rule() {
+    let reexports = reexports("pub use error::{Error, Result};\npub use plant::Plant;\n");
+    let told = |file, source| violations(file, source, &reexports);
+    assert_eq!(
+        told("extract/lod.rs", "use crate::{\n    Plant,\n    simplify::views,\n};\n"),
+        ["src/extract/lod.rs:3: `extract` may not use `simplify`, which is not in a lower layer"]
+    );
+    assert_eq!(told("plant.rs", "fn f(m: &crate::model::FoliageModel) {}").len(), 1);
+    assert_eq!(told("bounds.rs", "\nuse super::plant;\n").len(), 1);
+    assert_eq!(told("model/mod.rs", "let x = bincode::config();")[0].split(": ").next(), Some("src/model/mod.rs:1"));
+    assert_eq!(told("simplify/prune.rs", "use wgpu::Device;\nuse obvhs::Bvh2;").len(), 2);
+    assert_eq!(told("novelty/mod.rs", "").len(), 1);
+    assert_eq!(told("plant.rs", "use crate::novelty;").len(), 1);
+}
+
+#[test]
+fn comments_literals_and_lower_layers_break_nothing() {
+    let reexports = reexports("pub use error::{Error, Result};\n");
+    let source = r##"
+        //! Uses [`crate::render`] and wgpu.
+        use crate::{Error, leaf::{Vertex, LeafGeometry}, extract::swap::Swap};
+        /* crate::report */
+        const TEXT: (&str, char, &str) = ("wgpu \" crate::render", '"', r#"bincode " crate::bin"#);
+        fn f<'a>(x: &'a str) -> &'a str { x }
+    "##;
+    assert_eq!(violations("extract/lod.rs", source, &reexports), Vec::<String>::new());
+}
