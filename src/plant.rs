@@ -8,6 +8,10 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
+mod canonical;
+#[cfg(feature = "simplify")]
+pub(crate) use canonical::canonical;
+
 /// Most leaves that a plant may have: an index and a generation fit 32 bits everywhere.
 pub const MAX_LEAVES: usize = 1 << 22;
 /// Most vertices, and most indices, that foliage or wood may have.

@@ -1,1 +1,174 @@
-//! Placeholder head of `import`.
+//! Import: a glTF or OBJ file becomes a [`Plant`], its foliage cut into leaves.
+//!
+//! ```text
+//! bytes -> gltf | obj -> Source (meshes, where they stand, materials) -> pieces -> foliage -> crossed -> Plant
+//! ```
+//!
+//! A *piece* is what hangs together over shared edges once exactly equal positions are welded. [`foliage`] decides which
+//! meshes are leaves, [`crossed`] makes one leaf of cards that cross at one centre, [`pivot`] finds where a leaf is
+//! attached, [`assemble`] writes the plant in its canonical form. Nothing of a file is trusted before it is checked:
+//! counts against the bytes that back them, indices against their arrays, the node graph against cycles.
+
+mod accessor;
+mod assemble;
+mod buffers;
+mod container;
+mod crossed;
+mod draco;
+mod extensions;
+mod fault;
+mod foliage;
+mod gltf;
+mod instancing;
+mod materials;
+mod meshopt;
+mod nodes;
+mod obj;
+mod pieces;
+mod pivot;
+mod source;
+mod textures;
+mod topology;
+mod uri;
+
+use crate::{Error, Plant, Result};
+use fault::Fault;
+use source::Source;
+use std::{fmt, path::Path};
+
+/// Greatest size of a file, or of one that it refers to: 4 GiB, glTF's own limit for a binary.
+const MAX_FILE_BYTES: u64 = 1 << 32;
+
+/// How a file is cut into leaves.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ImportOptions {
+    /// Name of the material, node or mesh that is foliage. `None` (default) guesses from alpha mode and shape.
+    pub leaves: Option<String>,
+    /// What is one leaf.
+    pub group: Group,
+}
+
+/// What is one leaf.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Group {
+    /// Cards that cross at one centre, within 5 % of their size, are one leaf.
+    #[default]
+    Crossed,
+    /// Every connected piece is a leaf of its own.
+    Piece,
+}
+
+/// What a part of the file was taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Every piece is a leaf.
+    Leaf,
+    /// Wood: drawn, never pruned.
+    Wood,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Leaf => "leaf",
+            Self::Wood => "wood",
+        })
+    }
+}
+
+/// One part of the file, a mesh with one material, and what it was taken for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// Name of the node, or of the mesh where the node has none; may be empty.
+    pub name: String,
+    /// Name of the material; may be empty.
+    pub material: String,
+    /// Triangles, instances counted.
+    pub triangles: usize,
+    /// Connected pieces, instances counted.
+    pub pieces: usize,
+    /// What it was taken for.
+    pub verdict: Verdict,
+    /// Why, in a few words with the numbers that decided.
+    pub reason: String,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, material, triangles, pieces, verdict, reason } = self;
+        write!(f, "{verdict}: {name:?}, material {material:?}, {triangles} triangles in {pieces} pieces: {reason}")
+    }
+}
+
+/// A plant and how it was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Imported {
+    /// The plant. Each leaf is in the canonical form of [`Plant::canonicalize`]; leaves lie in the order in which their
+    /// first triangles appear in the file.
+    pub plant: Plant,
+    /// What each part was taken for and why.
+    pub findings: Vec<Finding>,
+    /// What was left out and does not matter for the cut into leaves: one line each, such as a missing texture.
+    pub warnings: Vec<String>,
+}
+
+/// Reads `path`: glTF (`.gltf`), binary glTF (`.glb`) or OBJ (`.obj`), told by content first, then by extension.
+///
+/// # Errors
+/// [`Io`](Error::Io), [`Unreadable`](Error::Unreadable), [`Unsupported`](Error::Unsupported) or
+/// [`TooLarge`](Error::TooLarge) for the file, and [`NoLeaves`](Error::NoLeaves) when nothing in it can be taken for
+/// separable leaves.
+pub fn load(path: &Path, options: &ImportOptions) -> Result<Imported> {
+    require_leaves(inspect(path, options)?, path)
+}
+
+/// As [`load`], but a plant without a leaf is no error: the findings tell why.
+///
+/// # Errors
+/// As [`load`], less `NoLeaves`.
+pub fn inspect(path: &Path, options: &ImportOptions) -> Result<Imported> {
+    let bytes = uri::read_file(path).map_err(|fault| fault.at(path))?;
+    let is_obj = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
+    if container::is_gltf(&bytes) || !is_obj {
+        finish(gltf::read(&bytes, path), path, options)
+    } else {
+        finish(obj::read(&bytes, path), path, options)
+    }
+}
+
+/// Reads glTF or binary glTF from memory. `path` names it in messages; its folder is where other files are looked for.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_gltf_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Imported> {
+    require_leaves(finish(gltf::read(bytes, path), path, options)?, path)
+}
+
+/// Reads OBJ from memory. `path` names it in messages; its folder is where materials and textures are looked for.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_obj_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Imported> {
+    require_leaves(finish(obj::read(bytes, path), path, options)?, path)
+}
+
+fn finish(source: std::result::Result<Source, Fault>, path: &Path, options: &ImportOptions) -> Result<Imported> {
+    let imported = source.and_then(|source| assemble::plant(source, options)).map_err(|fault| fault.at(path))?;
+    imported.plant.validate()?;
+    Ok(imported)
+}
+
+fn require_leaves(imported: Imported, path: &Path) -> Result<Imported> {
+    if !imported.plant.leaves.is_empty() {
+        return Ok(imported);
+    }
+    let reason = match imported.findings.iter().max_by_key(|finding| finding.pieces) {
+        Some(finding) => format!(
+            "the most likely part, {:?} with material {:?}, is {}",
+            finding.name, finding.material, finding.reason
+        ),
+        None => "the file has no triangles".to_owned(),
+    };
+    let fix = "model leaves as separate small pieces or name the foliage with --leaves <material or node>".to_owned();
+    Err(Error::NoLeaves { name: path.display().to_string(), reason, fix })
+}

@@ -1,0 +1,240 @@
+//! Writes the plant: leaves in canonical form, wood, and the materials that they use.
+
+use super::{
+    Finding, Group, ImportOptions, Imported,
+    crossed::{self, Card},
+    fault::{Fault, limit},
+    foliage,
+    pieces::pieces,
+    pivot::{self, WoodSurface},
+    source::{Part, Place, Source},
+};
+use crate::{
+    Plant,
+    bounds::Aabb,
+    leaf::Vertex,
+    material::Material,
+    plant::{MAX_ELEMENTS, MAX_LEAVES, Wood, WoodPart, canonical},
+};
+use glam::{DVec3, Vec3};
+use std::collections::{BTreeMap, HashMap};
+
+/// One leaf on its way into the plant, in canonical form.
+struct Leaf {
+    vertices: Vec<Vertex>,
+    indices: Vec<u32>,
+    material: usize,
+}
+
+/// The plant in `source`.
+pub(super) fn plant(source: Source, options: &ImportOptions) -> Result<Imported, Fault> {
+    check_size(&source)?;
+    let pieces: Vec<Vec<Vec<u32>>> = source.meshes.iter().map(|mesh| pieces(&mesh.vertices, &mesh.indices)).collect();
+    let judgements = foliage::judge(&source, &pieces, options.leaves.as_deref())?;
+    let mut leaves = Vec::new();
+    let mut wood = WoodBuilder::default();
+    for (part, judgement) in source.parts.iter().zip(&judgements) {
+        let leaf_pieces = pieces[part.mesh].iter().zip(&judgement.is_leaf);
+        let [mut of_leaves, mut of_wood] = [Vec::new(), Vec::new()];
+        leaf_pieces.for_each(|(piece, is_leaf)| if *is_leaf { of_leaves.push(piece) } else { of_wood.push(piece) });
+        push_leaves(&source, part, &of_leaves, &mut leaves)?;
+        wood.push(&source, part, &of_wood)?;
+    }
+    if options.group == Group::Crossed {
+        leaves = merge_crossed(leaves);
+    }
+    limit("the number of leaves", leaves.len() as u64, MAX_LEAVES as u64)?;
+    let findings = source.parts.iter().zip(judgements).map(|(part, judgement)| {
+        let mesh = &source.meshes[part.mesh];
+        Finding {
+            name: if part.name.is_empty() { mesh.name.clone() } else { part.name.clone() },
+            material: source.materials[mesh.material].name.clone(),
+            triangles: mesh.indices.len() / 3 * part.places.len(),
+            pieces: pieces[part.mesh].len() * part.places.len(),
+            verdict: judgement.verdict,
+            reason: judgement.reason,
+        }
+    });
+    let findings = findings.collect();
+    let mut plant = Plant { name: source.name, ..Plant::default() };
+    push_all(&mut plant, leaves, wood);
+    keep_used_materials(&mut plant, source.materials, source.textures);
+    Ok(Imported { plant, findings, warnings: source.warnings })
+}
+
+/// Instances are counted before they are written out.
+fn check_size(source: &Source) -> Result<(), Fault> {
+    let indices =
+        |part: &Part| (source.meshes[part.mesh].indices.len() as u64).saturating_mul(part.places.len() as u64);
+    let total = source.parts.iter().map(indices).fold(0, u64::saturating_add);
+    limit("the number of indices, instances counted,", total, MAX_ELEMENTS as u64)
+}
+
+fn push_leaves(source: &Source, part: &Part, pieces: &[&Vec<u32>], leaves: &mut Vec<Leaf>) -> Result<(), Fault> {
+    let mesh = &source.meshes[part.mesh];
+    for place in &part.places {
+        let place = Place::new(*place);
+        for piece in pieces {
+            let triangles = mesh.triangles_at(piece, &place);
+            check_finite(&part.name, &triangles)?;
+            leaves.push(leaf(triangles, mesh.material));
+        }
+    }
+    Ok(())
+}
+
+/// Triangles without area are dropped as long as others remain.
+fn leaf(mut triangles: Vec<[Vertex; 3]>, material: usize) -> Leaf {
+    if triangles.iter().any(has_area) {
+        triangles.retain(has_area);
+    }
+    let vertices = triangles.into_flattened();
+    let indices: Vec<u32> = (0..vertices.len() as u32).collect();
+    let (vertices, indices) = canonical(&vertices, &indices);
+    Leaf { vertices, indices, material }
+}
+
+fn has_area(corners: &[Vertex; 3]) -> bool {
+    let [a, b, c] = corners.each_ref().map(|corner| Vec3::from(corner.position).as_dvec3());
+    (b - a).cross(c - a) != DVec3::ZERO
+}
+
+fn check_finite(name: &str, triangles: &[[Vertex; 3]]) -> Result<(), Fault> {
+    let mut corners = triangles.iter().flatten();
+    match corners.find(|vertex| !Vec3::from(vertex.position).is_finite()) {
+        None => Ok(()),
+        Some(vertex) => Err(Fault::broken(format!("node {name:?} carries a vertex to {:?}", vertex.position))),
+    }
+}
+
+fn merge_crossed(leaves: Vec<Leaf>) -> Vec<Leaf> {
+    let cards: Vec<Card> = leaves.iter().map(card).collect();
+    let groups = crossed::groups(&cards);
+    let mut merged: Vec<Leaf> = Vec::new();
+    let mut counts: Vec<usize> = Vec::new();
+    for (leaf, group) in leaves.into_iter().zip(groups) {
+        if group == merged.len() {
+            merged.push(leaf);
+            counts.push(1);
+            continue;
+        }
+        let target = &mut merged[group];
+        let first = target.vertices.len() as u32;
+        target.vertices.extend(leaf.vertices);
+        target.indices.extend(leaf.indices.into_iter().map(|index| index + first));
+        counts[group] += 1;
+    }
+    for (leaf, _) in merged.iter_mut().zip(counts).filter(|(_, count)| *count > 1) {
+        (leaf.vertices, leaf.indices) = canonical(&leaf.vertices, &leaf.indices);
+    }
+    merged
+}
+
+fn card(leaf: &Leaf) -> Card {
+    // Sorted by position in canonical form, so that equal ones are neighbours and the sum has one order.
+    let mut positions: Vec<[f32; 3]> = leaf.vertices.iter().map(|vertex| vertex.position).collect();
+    positions.dedup();
+    let positions: Vec<DVec3> = positions.into_iter().map(|position| Vec3::from(position).as_dvec3()).collect();
+    let center = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
+    let radius = positions.iter().map(|position| position.distance(center)).fold(0.0, f64::max);
+    Card { center, size: 2.0 * radius, material: leaf.material as u32 }
+}
+
+fn size(leaf: &Leaf) -> f64 {
+    Aabb::of_points(leaf.vertices.iter().map(|vertex| vertex.position)).size().as_dvec3().length()
+}
+
+fn push_all(plant: &mut Plant, leaves: Vec<Leaf>, wood: WoodBuilder) {
+    let sizes: Vec<f64> = leaves.iter().map(size).collect();
+    let corners = if leaves.is_empty() { Vec::new() } else { wood.corners() };
+    let surface = WoodSurface::new(&corners, median(&sizes));
+    for (leaf, size) in leaves.iter().zip(sizes) {
+        let pivot = pivot::pivot(&leaf.vertices, &leaf.indices, size, &surface);
+        plant.push_leaf(&leaf.vertices, &leaf.indices, pivot, leaf.material as u32);
+    }
+    plant.wood = wood.finish();
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Collects the wood by material.
+#[derive(Default)]
+struct WoodBuilder {
+    vertices: Vec<Vertex>,
+    known: HashMap<[u32; 12], u32>,
+    /// Indices of each material, materials in the order of their first use.
+    parts: Vec<(usize, Vec<u32>)>,
+}
+
+impl WoodBuilder {
+    /// Appends the triangles that have an area, in file order.
+    fn push(&mut self, source: &Source, part: &Part, pieces: &[&Vec<u32>]) -> Result<(), Fault> {
+        let mesh = &source.meshes[part.mesh];
+        let mut all: Vec<u32> = pieces.iter().copied().flatten().copied().collect();
+        all.sort_unstable();
+        for place in &part.places {
+            let triangles = mesh.triangles_at(&all, &Place::new(*place));
+            check_finite(&part.name, &triangles)?;
+            let corners = triangles.iter().filter(|corners| has_area(corners)).flatten();
+            let indices: Vec<u32> = corners.map(|vertex| self.index(vertex)).collect();
+            match self.parts.iter_mut().find(|(material, _)| *material == mesh.material) {
+                Some((_, part)) => part.extend(indices),
+                None => self.parts.push((mesh.material, indices)),
+            }
+        }
+        Ok(())
+    }
+
+    fn index(&mut self, vertex: &Vertex) -> u32 {
+        let next = self.vertices.len() as u32;
+        let index = *self.known.entry(bytemuck::cast(*vertex)).or_insert(next);
+        if index == next {
+            self.vertices.push(*vertex);
+        }
+        index
+    }
+
+    fn corners(&self) -> Vec<[DVec3; 3]> {
+        let position = |&index: &u32| Vec3::from(self.vertices[index as usize].position).as_dvec3();
+        let indices = self.parts.iter().flat_map(|(_, indices)| indices);
+        let positions: Vec<DVec3> = indices.map(position).collect();
+        positions.as_chunks().0.to_vec()
+    }
+
+    fn finish(self) -> Wood {
+        let mut wood = Wood { vertices: self.vertices, ..Wood::default() };
+        for (material, indices) in self.parts.into_iter().filter(|(_, indices)| !indices.is_empty()) {
+            let first = wood.indices.len() as u32;
+            wood.indices.extend(indices);
+            wood.parts.push(WoodPart { indices: [first, wood.indices.len() as u32], material: material as u32 });
+        }
+        wood
+    }
+}
+
+/// Moves the materials and textures that leaves and wood use into the plant, in file order.
+fn keep_used_materials(plant: &mut Plant, materials: Vec<Material>, textures: Vec<crate::material::Texture>) {
+    let leaves = plant.leaves.iter_mut().map(|leaf| &mut leaf.material);
+    let parts = plant.wood.parts.iter_mut().map(|part| &mut part.material);
+    let users: Vec<&mut u32> = leaves.chain(parts).collect();
+    plant.materials = keep_used(users, materials);
+    plant.textures =
+        keep_used(plant.materials.iter_mut().filter_map(|material| material.texture.as_mut()).collect(), textures);
+}
+
+/// The items that `users` name, in their old order; the users are renumbered.
+fn keep_used<T>(users: Vec<&mut u32>, items: Vec<T>) -> Vec<T> {
+    let mut new_index: BTreeMap<u32, u32> = users.iter().map(|user| (**user, 0)).collect();
+    for (new, index) in new_index.values_mut().enumerate() {
+        *index = new as u32;
+    }
+    for user in users {
+        *user = new_index[user];
+    }
+    let kept = items.into_iter().enumerate().filter(|(old, _)| new_index.contains_key(&(*old as u32)));
+    kept.map(|(_, item)| item).collect()
+}

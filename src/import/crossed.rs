@@ -1,0 +1,212 @@
+//! Cards that cross at one centre become one leaf.
+//!
+//! Cards of one material cross when their centres lie within 5 % of the lesser one's size. In a dense crown that happens
+//! by chance too (to 10 pairs of a birch's 7,769 single cards), so two things must hold besides: at least half of the
+//! material's cards have such a partner, and the distance is at most twice that within which nearly all of them find
+//! theirs. A tool that crosses its cards exactly is so held to its own precision.
+
+use glam::DVec3;
+use std::collections::{BTreeMap, HashMap};
+
+/// Centres closer than this fraction of the lesser card's size may be one.
+const SAME_CENTER: f64 = 0.05;
+/// Centres closer than this are as good as one: rounding of positions.
+const ROUNDING: f64 = 0.005;
+/// The part of a material's cards whose partners say how precisely its cards cross.
+const NEARLY_ALL: f64 = 0.95;
+/// Cards that cross have about one size: the greater is at most this many times the lesser.
+const SAME_SIZE: f64 = 2.0;
+/// The most cards of one leaf.
+const MAX_CARDS: usize = 8;
+/// The most earlier cards that a card is compared with: keeps many cards at one point from taking quadratic time.
+const MAX_COMPARED: usize = 64;
+
+/// A piece as far as crossing goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Card {
+    /// Mean of its distinct positions.
+    pub(super) center: DVec3,
+    /// Twice the distance from its centre to the farthest position.
+    pub(super) size: f64,
+    /// Only cards of one material cross.
+    pub(super) material: u32,
+}
+
+/// For each card the number of its group; groups are numbered by their first cards. Cost: n log n.
+pub(super) fn groups(cards: &[Card]) -> Vec<usize> {
+    let pairs = near_pairs(cards);
+    let reach_of = reaches(cards, &pairs);
+    let mut groups = Clusters::new(cards.len());
+    for &(distance, [a, b]) in &pairs {
+        let is_crossing = reach_of.get(&cards[a].material).is_some_and(|reach| distance <= *reach);
+        if is_crossing && groups.size(a) + groups.size(b) <= MAX_CARDS {
+            groups.join(a, b);
+        }
+    }
+    let mut number_of: HashMap<usize, usize> = HashMap::new();
+    (0..cards.len())
+        .map(|card| {
+            let next = number_of.len();
+            *number_of.entry(groups.find(card)).or_insert(next)
+        })
+        .collect()
+}
+
+/// Pairs of cards that may cross, closest first.
+fn near_pairs(cards: &[Card]) -> Vec<(f64, [usize; 2])> {
+    let mut filed: HashMap<Cell, Vec<usize>> = HashMap::new();
+    let mut pairs = Vec::new();
+    for (i, card) in cards.iter().enumerate() {
+        let near = cells_about(card).filter_map(|cell| filed.get(&cell)).flatten().take(MAX_COMPARED);
+        pairs.extend(near.filter_map(|&other| Some((distance(&cards[other], card)?, [other, i]))));
+        filed.entry(cell(card, level(card))).or_default().push(i);
+    }
+    pairs.sort_by(|(a, cards_a), (b, cards_b)| a.total_cmp(b).then(cards_a.cmp(cards_b)));
+    pairs
+}
+
+/// Distance of the centres of two cards that may cross, in sizes of the lesser; `None` where they can not.
+fn distance(a: &Card, b: &Card) -> Option<f64> {
+    let [lesser, greater] = [a.size.min(b.size), a.size.max(b.size)];
+    let distance = a.center.distance(b.center);
+    let cross = a.material == b.material && greater <= lesser * SAME_SIZE && distance <= lesser * SAME_CENTER;
+    cross.then(|| if distance > 0.0 { distance / lesser } else { 0.0 })
+}
+
+/// For each material whose cards cross, the greatest distance of centres that are one. `pairs` are closest first.
+fn reaches(cards: &[Card], pairs: &[(f64, [usize; 2])]) -> BTreeMap<u32, f64> {
+    let mut nearest = vec![f64::INFINITY; cards.len()];
+    for &(distance, pair) in pairs {
+        pair.into_iter().for_each(|card| nearest[card] = nearest[card].min(distance));
+    }
+    let mut nearest_of: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+    for (card, nearest) in cards.iter().zip(nearest) {
+        nearest_of.entry(card.material).or_default().push(nearest);
+    }
+    let reach = |mut nearest: Vec<f64>| {
+        nearest.sort_by(f64::total_cmp);
+        let within = |part: f64| nearest[((nearest.len() - 1) as f64 * part) as usize];
+        within(0.5).is_finite().then(|| (2.0 * within(NEARLY_ALL)).clamp(ROUNDING, SAME_CENTER))
+    };
+    nearest_of.into_iter().filter_map(|(material, nearest)| Some((material, reach(nearest)?))).collect()
+}
+
+/// Place in a grid whose cells are as wide as the reach of cards of `level`, and the level.
+type Cell = ([i64; 3], i32);
+
+/// Cards of level `l` are between 2^(l-1) and 2^l in size.
+fn level(card: &Card) -> i32 {
+    card.size.max(f64::MIN_POSITIVE).log2().ceil() as i32
+}
+
+fn cell(card: &Card, level: i32) -> Cell {
+    let width = f64::from(level).exp2() * SAME_CENTER;
+    (card.center.to_array().map(|value| (value / width).floor() as i64), level)
+}
+
+/// The cells in which a card that crosses `card` may be filed.
+fn cells_about(card: &Card) -> impl Iterator<Item = Cell> + use<> {
+    let card = *card;
+    let steps = || -1..=1;
+    (level(&card) - 1..=level(&card) + 1).flat_map(move |level| {
+        let ([x, y, z], _) = cell(&card, level);
+        steps().flat_map(move |i| {
+            steps().flat_map(move |j| {
+                steps().map(move |k| ([x.saturating_add(i), y.saturating_add(j), z.saturating_add(k)], level))
+            })
+        })
+    })
+}
+
+/// Disjoint sets that know their sizes; the least member stands for its set.
+struct Clusters {
+    parent: Vec<usize>,
+    sizes: Vec<usize>,
+}
+
+impl Clusters {
+    fn new(count: usize) -> Self {
+        Self { parent: (0..count).collect(), sizes: vec![1; count] }
+    }
+
+    fn find(&mut self, mut member: usize) -> usize {
+        while self.parent[member] != member {
+            self.parent[member] = self.parent[self.parent[member]];
+            member = self.parent[member];
+        }
+        member
+    }
+
+    fn size(&mut self, member: usize) -> usize {
+        let set = self.find(member);
+        self.sizes[set]
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let [a, b] = [self.find(a), self.find(b)];
+        if a != b {
+            self.parent[a.max(b)] = a.min(b);
+            self.sizes[a.min(b)] += self.sizes[a.max(b)];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn card(x: f64, size: f64) -> Card {
+        Card { center: DVec3::new(x, 0.0, 0.0), size, material: 0 }
+    }
+
+    #[test]
+    fn three_cards_at_one_centre_are_one_leaf() {
+        assert_eq!(groups(&[card(0.0, 1.0), card(5.0, 1.0), card(0.04, 1.0), card(-0.04, 1.1)]), [0, 1, 0, 0]);
+    }
+
+    #[test]
+    fn beyond_five_percent_they_stay_apart() {
+        assert_eq!(groups(&[card(0.0, 1.0), card(0.051, 1.0)]), [0, 1]);
+        assert_eq!(groups(&[card(0.0, 1.0), card(0.0, 2.1)]), [0, 1]);
+        let other = Card { material: 1, ..card(0.0, 1.0) };
+        assert_eq!(groups(&[card(0.0, 1.0), other]), [0, 1]);
+    }
+
+    #[test]
+    fn two_pairs_that_meet_by_chance_stay_two_leaves() {
+        let pairs = [0.0, 0.02, 5.0, 9.0].map(|x| [card(x, 1.0), card(x, 1.0)]);
+        assert_eq!(groups(pairs.as_flattened()), [0, 0, 1, 1, 2, 2, 3, 3]);
+    }
+
+    #[test]
+    fn single_cards_that_meet_by_chance_stay_single() {
+        let cards = [0.0, 1.0, 1.01, 2.0, 3.0].map(|x| card(x, 1.0));
+        assert_eq!(groups(&cards), [0, 1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn many_cards_at_one_point_take_linear_time() {
+        let count = 20_000;
+        let group_of = groups(&vec![card(1.0, 1.0); count]);
+        assert!(group_of[count - 1] + 1 >= count / MAX_CARDS);
+    }
+
+    #[test]
+    fn the_grid_misses_no_neighbour() {
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) as f64 / (1u64 << 31) as f64
+        };
+        for _ in 0..2000 {
+            let mut near = |center: DVec3, reach: f64| Card {
+                center: center + (DVec3::new(random(), random(), random()) - 0.5) * reach,
+                size: 0.5 + random(),
+                material: 0,
+            };
+            let a = near(DVec3::ZERO, 1.0);
+            let b = near(a.center, 0.1);
+            assert_eq!(groups(&[a, b])[1] == 0, distance(&a, &b).is_some(), "{a:?} {b:?}");
+        }
+    }
+}

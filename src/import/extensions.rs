@@ -1,0 +1,63 @@
+//! Which glTF extensions are read, which may be ignored, and what to do about the others.
+
+use super::fault::Fault;
+
+/// Extensions whose data is read.
+const READ: &[&str] = &[
+    "KHR_texture_transform",
+    "KHR_mesh_quantization",
+    "KHR_draco_mesh_compression",
+    "KHR_materials_pbrSpecularGlossiness",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "EXT_mesh_gpu_instancing",
+];
+
+/// Extensions that change nothing of what a plant keeps, even where a file requires them.
+const HARMLESS: &[&str] = &[
+    "KHR_animation_pointer",
+    "KHR_lights_punctual",
+    "KHR_node_visibility",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "EXT_lights_image_based",
+    "MSFT_lod",
+];
+
+/// Prefix of the extensions that only change shading: the material without them is drawn instead.
+const SHADING: &str = "KHR_materials_";
+
+/// How to get rid of an extension, for those that a known tool undoes.
+const FIXES: &[(&str, &str)] = &[
+    ("KHR_texture_basisu", "convert the textures first: npx @gltf-transform/cli png in.glb out.glb"),
+    ("EXT_texture_avif", "convert the textures first: npx @gltf-transform/cli png in.glb out.glb"),
+    ("KHR_meshopt_compression", "decompress it first: npx @gltf-transform/cli copy in.glb out.glb"),
+];
+
+/// Checks that everything a file requires is known.
+pub(super) fn check_required<'a>(required: impl IntoIterator<Item = &'a String>) -> Result<(), Fault> {
+    let known = |name: &str| READ.contains(&name) || HARMLESS.contains(&name) || name.starts_with(SHADING);
+    match required.into_iter().find(|name| !known(name)) {
+        Some(name) => Err(unsupported(name)),
+        None => Ok(()),
+    }
+}
+
+/// The refusal of the extension `name`.
+pub(super) fn unsupported(name: &str) -> Fault {
+    let fix = FIXES.iter().find(|(known, _)| *known == name).map_or("export the plant without it", |(_, fix)| fix);
+    Fault::Unsupported { feature: format!("the glTF extension {name}"), fix: fix.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_requirements_are_refused_by_name() {
+        let required = ["EXT_meshopt_compression", "KHR_materials_sheen", "ACME_secret"].map(str::to_owned);
+        assert!(check_required(&required[..2]).is_ok());
+        let Err(Fault::Unsupported { feature, .. }) = check_required(&required) else { panic!("accepted") };
+        assert!(feature.contains("ACME_secret"), "{feature}");
+    }
+}

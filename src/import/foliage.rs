@@ -1,0 +1,203 @@
+//! Which parts of a file are foliage.
+//!
+//! Foliage is many small pieces, each a *sheet*: a surface with a rim, flat or bent, where a branch is a tube whose normals
+//! cancel out. Of materials that alpha cuts out a few sheets are enough (a fern has nine fronds); opaque ones must be
+//! many, alike in size and small. Names decide nothing. On the 21 trees this was tuned on, the area-weighted sum of a
+//! leaf's normals was never shorter than 0.54 of its area and that of a branch never longer than 0.13.
+//!
+//! Limits: solid opaque leaves and needles modelled as tubes are taken for wood; name them to import them.
+
+use super::{
+    Verdict,
+    fault::Fault,
+    source::{Mesh, Part, Source},
+};
+use crate::{bounds::Aabb, material::AlphaMode};
+use glam::{DVec3, Vec3};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A piece is a sheet when its normals sum up to more than this part of its area: half way, in ratio, between the
+/// extremes that were measured.
+const SHEET: f64 = 0.27;
+/// The least part of a group's pieces that must be sheets.
+const MOST: f64 = 0.8;
+/// The fewest sheets that are foliage when alpha cuts them out.
+const FEW: usize = 4;
+/// The fewest sheets that are foliage when they are opaque, and the size below which parts of one material are judged
+/// together: some exporters give every leaf a node.
+const MANY: usize = 16;
+/// The most triangles of a leaf: the longest fronds measured have 176.
+const MAX_TRIANGLES: usize = 1024;
+/// Opaque sheets are alike: nine in ten are at most this many times as large as the tenth smallest.
+const ALIKE: f64 = 4.0;
+/// Opaque sheets are small: the median is at most this part of the plant's size.
+const SMALL: f64 = 0.5;
+
+/// What a part was taken for.
+#[derive(Debug, Clone)]
+pub(super) struct Judgement {
+    pub(super) verdict: Verdict,
+    pub(super) reason: String,
+    /// For each piece of the mesh: it is a leaf.
+    pub(super) is_leaf: Vec<bool>,
+}
+
+/// A piece as far as judging it goes.
+struct Shape {
+    triangles: usize,
+    /// Diagonal of its box, as its first place scales it.
+    size: f64,
+    is_sheet: bool,
+}
+
+/// Judges every part. `named` is the material, node or mesh that is foliage whatever its shape; only that is then.
+pub(super) fn judge(source: &Source, pieces: &[Vec<Vec<u32>>], named: Option<&str>) -> Result<Vec<Judgement>, Fault> {
+    match named {
+        Some(name) => judge_by_name(source, pieces, name),
+        None => Ok(judge_by_shape(source, pieces)),
+    }
+}
+
+fn judge_by_name(source: &Source, pieces: &[Vec<Vec<u32>>], name: &str) -> Result<Vec<Judgement>, Fault> {
+    let judge = |part: &Part| {
+        let is_named = names(source, part).into_iter().any(|candidate| candidate == name);
+        let (verdict, reason) = match is_named {
+            true => (Verdict::Leaf, "named as foliage"),
+            false => (Verdict::Wood, "not named as foliage"),
+        };
+        Judgement { verdict, reason: reason.to_owned(), is_leaf: vec![is_named; pieces[part.mesh].len()] }
+    };
+    let judgements: Vec<Judgement> = source.parts.iter().map(judge).collect();
+    if judgements.iter().any(|judgement| judgement.verdict == Verdict::Leaf) {
+        return Ok(judgements);
+    }
+    let known: BTreeSet<&String> =
+        source.parts.iter().flat_map(|part| names(source, part)).filter(|name| !name.is_empty()).collect();
+    Err(Fault::UnknownName { name: name.to_owned(), known: known.into_iter().cloned().collect() })
+}
+
+fn names<'a>(source: &'a Source, part: &'a Part) -> [&'a String; 3] {
+    let mesh = &source.meshes[part.mesh];
+    [&source.materials[mesh.material].name, &part.name, &mesh.name]
+}
+
+fn judge_by_shape(source: &Source, pieces: &[Vec<Vec<u32>>]) -> Vec<Judgement> {
+    let plant_size = plant_size(source);
+    let shapes: Vec<Vec<Shape>> = source.parts.iter().map(|part| shapes(source, part, &pieces[part.mesh])).collect();
+    let mut groups: BTreeMap<(usize, Option<usize>), Vec<usize>> = BTreeMap::new();
+    for (i, part) in source.parts.iter().enumerate() {
+        let stands_alone = pieces[part.mesh].len() * part.places.len() >= MANY;
+        let key = (source.meshes[part.mesh].material, stands_alone.then_some(i));
+        groups.entry(key).or_default().push(i);
+    }
+    let mut judgements: Vec<Option<Judgement>> = vec![None; source.parts.len()];
+    for ((material, _), parts) in groups {
+        let instances = parts.iter().map(|&i| (&shapes[i][..], source.parts[i].places.len()));
+        let (verdict, reason) = judge_group(instances, source.stated_alpha[material], plant_size);
+        for i in parts {
+            let is_leaf = shapes[i].iter().map(|shape| verdict == Verdict::Leaf && is_leaf_like(shape)).collect();
+            judgements[i] = Some(with_exceptions(Judgement { verdict, reason: reason.clone(), is_leaf }));
+        }
+    }
+    judgements.into_iter().flatten().collect()
+}
+
+/// Notes the pieces of foliage that are none; a part that only has such is wood.
+fn with_exceptions(mut judgement: Judgement) -> Judgement {
+    let exceptions = judgement.is_leaf.iter().filter(|is_leaf| !**is_leaf).count();
+    if judgement.verdict == Verdict::Leaf && exceptions > 0 {
+        judgement.reason.push_str(&format!("; {exceptions} pieces that are no such sheets stay wood"));
+        if exceptions == judgement.is_leaf.len() {
+            judgement.verdict = Verdict::Wood;
+        }
+    }
+    judgement
+}
+
+fn is_leaf_like(shape: &Shape) -> bool {
+    shape.is_sheet && shape.triangles <= MAX_TRIANGLES
+}
+
+fn judge_group<'a>(
+    parts: impl Iterator<Item = (&'a [Shape], usize)> + Clone,
+    alpha: AlphaMode,
+    plant_size: f64,
+) -> (Verdict, String) {
+    let count: usize = parts.clone().map(|(shapes, places)| shapes.len() * places).sum();
+    let likely: usize =
+        parts.clone().map(|(shapes, places)| shapes.iter().filter(|shape| is_leaf_like(shape)).count() * places).sum();
+    let is_opaque = alpha == AlphaMode::Opaque;
+    let kind = if is_opaque { "opaque" } else { "cut out by alpha" };
+    if (likely as f64) < count as f64 * MOST {
+        let reason = format!("{kind}, {likely} of {count} pieces are sheets of at most {MAX_TRIANGLES} triangles");
+        return (Verdict::Wood, reason);
+    }
+    let needed = if is_opaque { MANY } else { FEW };
+    if likely < needed {
+        return (Verdict::Wood, format!("{kind}, {likely} separate sheets where at least {needed} are expected"));
+    }
+    let mut sizes: Vec<f64> =
+        parts.flat_map(|(shapes, _)| shapes).filter(|s| is_leaf_like(s)).map(|s| s.size).collect();
+    sizes.sort_by(f64::total_cmp);
+    let [low, median, high] = [1, 5, 9].map(|tenth| sizes[(sizes.len() - 1) * tenth / 10]);
+    let percent = 100.0 * median / plant_size;
+    if is_opaque && high > low * ALIKE {
+        return (Verdict::Wood, format!("opaque, {likely} sheets that differ {:.1} times in size", high / low));
+    }
+    if is_opaque && median > plant_size * SMALL {
+        return (Verdict::Wood, format!("opaque, {likely} sheets of {percent:.0} % of the plant's size"));
+    }
+    (Verdict::Leaf, format!("{kind}, {likely} sheets of {percent:.1} % of the plant's size"))
+}
+
+fn plant_size(source: &Source) -> f64 {
+    let mut aabb = Aabb::EMPTY;
+    for part in &source.parts {
+        let mesh = Aabb::of_points(source.meshes[part.mesh].vertices.iter().map(|vertex| vertex.position));
+        if mesh.is_empty() {
+            continue;
+        }
+        let corner = |i: usize, axis: usize| if i >> axis & 1 == 0 { mesh.min[axis] } else { mesh.max[axis] };
+        let corners = (0..8).map(|i| DVec3::from_array([0, 1, 2].map(|axis| f64::from(corner(i, axis)))));
+        for corner in corners {
+            part.places.iter().for_each(|place| aabb.add(place.transform_point3(corner).as_vec3().to_array()));
+        }
+    }
+    aabb.size().as_dvec3().length()
+}
+
+fn shapes(source: &Source, part: &Part, pieces: &[Vec<u32>]) -> Vec<Shape> {
+    let mesh = &source.meshes[part.mesh];
+    let scale = part.places.first().map_or(1.0, |place| place.matrix3.determinant().abs().cbrt());
+    pieces.iter().map(|piece| shape(mesh, piece, scale)).collect()
+}
+
+fn shape(mesh: &Mesh, piece: &[u32], scale: f64) -> Shape {
+    let triangles: Vec<[[f32; 3]; 3]> =
+        piece.iter().map(|&t| mesh.corners(t).map(|corner| mesh.vertices[corner as usize].position)).collect();
+    let size = Aabb::of_points(triangles.iter().flatten().copied()).size().as_dvec3().length() * scale;
+    let is_sheet = openness(&triangles) > SHEET || openness(&without_twins(&triangles)) > SHEET;
+    Shape { triangles: piece.len(), size, is_sheet }
+}
+
+/// Length of the area-weighted sum of normals over the area: 1 for a plane, 0 for a closed surface, about 0 for a tube.
+fn openness(triangles: &[[[f32; 3]; 3]]) -> f64 {
+    let normals = triangles.iter().map(|corners| {
+        let [a, b, c] = corners.map(|corner| Vec3::from(corner).as_dvec3());
+        (b - a).cross(c - a)
+    });
+    let (sum, area) = normals.fold((DVec3::ZERO, 0.0), |(sum, area), normal| (sum + normal, area + normal.length()));
+    // A surface without area has no sides to be closed.
+    if area > 0.0 { sum.length() / area } else { 1.0 }
+}
+
+/// One of every set of triangles on the same three corners: foliage is often doubled to be seen from both sides.
+fn without_twins(triangles: &[[[f32; 3]; 3]]) -> Vec<[[f32; 3]; 3]> {
+    let mut seen = BTreeSet::new();
+    let is_first = |corners: &&[[f32; 3]; 3]| {
+        let mut key = corners.map(|corner| corner.map(|value| (value + 0.0).to_bits()));
+        key.sort_unstable();
+        seen.insert(key)
+    };
+    triangles.iter().filter(is_first).copied().collect()
+}

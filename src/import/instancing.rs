@@ -1,0 +1,50 @@
+//! `EXT_mesh_gpu_instancing`: one node, many places.
+
+use super::{accessor::Accessors, fault::Fault, nodes::quaternion};
+use ::gltf::json::{Accessor, Index, Node, Value};
+use glam::{DAffine3, DQuat, DVec3};
+
+/// The extension's name.
+const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+
+/// Node from instance, one per instance; `None` for a node without the extension.
+pub(super) fn places(node: &Node, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>, Fault> {
+    let Some(extension) = node.extensions.as_ref().and_then(|extensions| extensions.others.get(INSTANCING)) else {
+        return Ok(None);
+    };
+    let accessor = |name: &str| accessor_of(extension, name);
+    let (translation, rotation, scale) = (accessor("TRANSLATION")?, accessor("ROTATION")?, accessor("SCALE")?);
+    let counts = [translation, rotation, scale].into_iter().flatten().map(|index| accessors.count(index));
+    let counts = counts.collect::<Result<Vec<_>, _>>()?;
+    let count = counts.first().copied().unwrap_or(0);
+    if counts.iter().any(|&other| other != count) {
+        return Err(Fault::broken(format!("{INSTANCING}: its attributes count {counts:?} elements")));
+    }
+    let all: Vec<u32> = (0..count as u32).collect();
+    let vectors = |index: Option<Index<Accessor>>, absent: f32| match index {
+        Some(index) => accessors.floats::<3>(index, "instances", &all, 3..=3, [absent; 3]),
+        None => Ok(vec![[absent; 3]; count]),
+    };
+    let [translations, scales] = [vectors(translation, 0.0)?, vectors(scale, 1.0)?];
+    let rotations: Vec<DQuat> = match rotation {
+        Some(index) => {
+            accessors.floats::<4>(index, "instances", &all, 4..=4, [0.0; 4])?.into_iter().map(quaternion).collect()
+        }
+        None => vec![DQuat::IDENTITY; count],
+    };
+    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    let places = translations.into_iter().zip(rotations).zip(scales);
+    let places = places.map(|((translation, rotation), scale)| {
+        DAffine3::from_scale_rotation_translation(vector(scale), rotation, vector(translation))
+    });
+    Ok(Some(places.collect()))
+}
+
+fn accessor_of(extension: &Value, name: &str) -> Result<Option<Index<Accessor>>, Fault> {
+    let Some(value) = extension.get("attributes").and_then(|attributes| attributes.get(name)) else {
+        return Ok(None);
+    };
+    let index = value.as_u64().and_then(|index| u32::try_from(index).ok());
+    let broken = || Fault::broken(format!("{INSTANCING}: {name} is {value}, which is no accessor"));
+    index.map(Index::new).ok_or_else(broken).map(Some)
+}

@@ -1,0 +1,167 @@
+//! glTF materials: the part of them that foliage needs, and how their textures are laid on.
+
+use super::{buffers::Buffers, fault::Fault, textures, uri};
+use crate::material::{AlphaMode, Material, Texture, Wrap};
+use ::gltf::json::{
+    self, Root, extensions::texture::TextureTransform, material::AlphaMode as JsonAlphaMode, texture::WrappingMode,
+    validation::Checked,
+};
+use glam::{Mat2, Vec2};
+use std::{collections::BTreeMap, path::Path};
+
+/// A material and the texture coordinates it takes.
+#[derive(Debug, Default)]
+pub(super) struct Surface {
+    pub(super) material: Material,
+    /// `n` of the `TEXCOORD_n` that the base colour uses.
+    pub(super) uv_set: u32,
+    /// `KHR_texture_transform`, to be applied to the coordinates.
+    pub(super) uv_transform: Option<UvTransform>,
+    /// The alpha mode that the file gives, also where the texture that it needs is missing.
+    pub(super) stated_alpha: AlphaMode,
+}
+
+/// `uv * scale`, turned, then moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct UvTransform {
+    linear: Mat2,
+    offset: Vec2,
+}
+
+impl UvTransform {
+    fn new(transform: &TextureTransform) -> Self {
+        let (sin, cos) = transform.rotation.0.sin_cos();
+        // Counter-clockwise as seen, where v points down.
+        let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+        let linear = rotation * Mat2::from_diagonal(Vec2::from(transform.scale.0));
+        Self { linear, offset: Vec2::from(transform.offset.0) }
+    }
+
+    /// The coordinates that the texture is read at.
+    pub(super) fn apply(&self, uv: [f32; 2]) -> [f32; 2] {
+        (self.linear * Vec2::from(uv) + self.offset).to_array()
+    }
+}
+
+/// Materials of one file while they are read.
+pub(super) struct Materials<'a> {
+    root: &'a Root,
+    buffers: &'a Buffers<'a>,
+    path: &'a Path,
+    /// Texture of each image that was asked for, `None` where it can not be used.
+    images: BTreeMap<usize, Option<u32>>,
+    /// Textures in the order in which materials name them.
+    pub(super) textures: Vec<Texture>,
+    /// What was left out.
+    pub(super) warnings: Vec<String>,
+}
+
+impl<'a> Materials<'a> {
+    pub(super) fn new(root: &'a Root, buffers: &'a Buffers<'a>, path: &'a Path) -> Self {
+        Self { root, buffers, path, images: BTreeMap::new(), textures: Vec::new(), warnings: Vec::new() }
+    }
+
+    /// Every material of the file, then the default one.
+    pub(super) fn read(&mut self) -> Result<Vec<Surface>, Fault> {
+        let root = self.root;
+        let mut surfaces =
+            root.materials.iter().map(|material| self.surface(material)).collect::<Result<Vec<_>, _>>()?;
+        surfaces.push(Surface::default());
+        Ok(surfaces)
+    }
+
+    fn surface(&mut self, source: &json::Material) -> Result<Surface, Fault> {
+        let alpha_mode = match source.alpha_mode {
+            Checked::Valid(JsonAlphaMode::Mask) => AlphaMode::Mask,
+            Checked::Valid(JsonAlphaMode::Blend) => AlphaMode::Blend,
+            _ => AlphaMode::Opaque,
+        };
+        let (base_color, texture) = base(source);
+        let mut surface = Surface {
+            material: Material {
+                name: source.name.clone().unwrap_or_default(),
+                base_color: base_color.map(|factor| if factor.is_finite() { factor } else { 1.0 }),
+                alpha_mode,
+                alpha_cutoff: source.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0),
+                double_sided: source.double_sided,
+                ..Material::default()
+            },
+            stated_alpha: alpha_mode,
+            ..Surface::default()
+        };
+        if let Some(info) = texture {
+            self.lay_on(info, &mut surface)?;
+        }
+        Ok(surface)
+    }
+
+    fn lay_on(&mut self, info: &json::texture::Info, surface: &mut Surface) -> Result<(), Fault> {
+        let root = self.root;
+        let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
+        surface.uv_set = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord);
+        surface.uv_transform = transform.map(UvTransform::new);
+        let texture = root.textures.get(info.index.value()).ok_or_else(|| {
+            Fault::broken(format!("texture {} is named and {} exist", info.index.value(), root.textures.len()))
+        })?;
+        surface.material.wrap = self.wrap(texture);
+        surface.material.texture = self.texture(texture);
+        if surface.material.texture.is_none() {
+            surface.material.alpha_mode = AlphaMode::Opaque;
+        }
+        Ok(())
+    }
+
+    fn wrap(&self, texture: &json::Texture) -> [Wrap; 2] {
+        let sampler = texture.sampler.and_then(|sampler| self.root.samplers.get(sampler.value()));
+        let wrap = |mode: Checked<WrappingMode>| match mode {
+            Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+            Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        };
+        sampler.map_or([Wrap::Repeat; 2], |sampler| [wrap(sampler.wrap_s), wrap(sampler.wrap_t)])
+    }
+
+    /// The index of the decoded-and-found-good texture; a warning and `None` for one that can not be used.
+    fn texture(&mut self, texture: &json::Texture) -> Option<u32> {
+        let webp = texture.extensions.as_ref().and_then(|extensions| extensions.others.get("EXT_texture_webp"));
+        let webp = webp.and_then(|webp| webp.get("source")?.as_u64());
+        let image = webp.map_or(texture.source.value(), |source| source as usize);
+        if let Some(&known) = self.images.get(&image) {
+            return known;
+        }
+        let index = match self.image(image) {
+            Ok(texture) => {
+                self.textures.push(texture);
+                Some(self.textures.len() as u32 - 1)
+            }
+            Err(reason) => {
+                self.warnings.push(format!("image {image} is left out, its materials are opaque: {reason}"));
+                None
+            }
+        };
+        self.images.insert(image, index);
+        index
+    }
+
+    fn image(&self, index: usize) -> Result<Texture, String> {
+        let image = self.root.images.get(index).ok_or("the file has no such image in a format that is read here")?;
+        let name = image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:")));
+        let name = name.unwrap_or_default();
+        let text = |fault: Fault| fault.at(self.path).to_string();
+        match (image.buffer_view, &image.uri) {
+            (Some(view), _) => textures::texture(name, self.buffers.view(view).map_err(text)?.bytes),
+            (None, Some(uri)) => textures::texture(name, &uri::read(uri, self.path).map_err(text)?),
+            (None, None) => Err("it has neither a buffer view nor a URI".to_owned()),
+        }
+    }
+}
+
+/// Base colour and its texture: of the metallic-roughness model, else of the older specular-glossiness extension.
+fn base(source: &json::Material) -> ([f32; 4], Option<&json::texture::Info>) {
+    let pbr = &source.pbr_metallic_roughness;
+    let extension = source.extensions.as_ref().and_then(|extensions| extensions.pbr_specular_glossiness.as_ref());
+    match extension {
+        Some(older) if pbr.base_color_texture.is_none() => (older.diffuse_factor.0, older.diffuse_texture.as_ref()),
+        _ => (pbr.base_color_factor.0, pbr.base_color_texture.as_ref()),
+    }
+}

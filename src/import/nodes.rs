@@ -1,0 +1,106 @@
+//! The node graph of a glTF file: where each mesh stands.
+
+use super::accessor::Accessors;
+use super::{fault::Fault, instancing};
+use ::gltf::json::{Node, Root};
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+
+/// One mesh as a node places it.
+pub(super) struct PlacedMesh {
+    /// Name of the node; may be empty.
+    pub(super) name: String,
+    /// Index into the file's meshes.
+    pub(super) mesh: usize,
+    /// Scene from mesh, one per instance.
+    pub(super) places: Vec<DAffine3>,
+}
+
+/// The meshes of the default scene, else of the first one, else of every root node: parents before children, children in
+/// order.
+pub(super) fn placed_meshes(root: &Root, accessors: &Accessors) -> Result<Vec<PlacedMesh>, Fault> {
+    let parents = parents(root)?;
+    let mut stack: Vec<(usize, DAffine3)> =
+        starts(root, &parents)?.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
+    let mut visited = vec![false; root.nodes.len()];
+    let mut placed = Vec::new();
+    while let Some((index, scene_from_parent)) = stack.pop() {
+        if std::mem::replace(&mut visited[index], true) {
+            continue;
+        }
+        let node = &root.nodes[index];
+        let scene_from_node = scene_from_parent * parent_from_node(node);
+        if let Some(mesh) = node.mesh {
+            let places = match instancing::places(node, accessors)? {
+                Some(places) => places.into_iter().map(|place| scene_from_node * place).collect(),
+                None => vec![scene_from_node],
+            };
+            placed.push(PlacedMesh { name: node.name.clone().unwrap_or_default(), mesh: mesh.value(), places });
+        }
+        stack.extend(node.children.iter().flatten().rev().map(|child| (child.value(), scene_from_node)));
+    }
+    Ok(placed)
+}
+
+/// The parent of each node. A forest: a node with two parents, and a cycle, are refused.
+fn parents(root: &Root) -> Result<Vec<Option<usize>>, Fault> {
+    let mut parents = vec![None; root.nodes.len()];
+    for (parent, node) in root.nodes.iter().enumerate() {
+        for child in node.children.iter().flatten() {
+            let child = child.value();
+            let slot = parents.get_mut(child).ok_or_else(|| missing_node(child, root))?;
+            if let Some(first) = slot.replace(parent) {
+                return Err(Fault::broken(format!("node {child} is a child of node {first} and of node {parent}")));
+            }
+        }
+    }
+    // Each node has at most one parent, so a walk up from any node ends at a root or has met a cycle.
+    let mut known_to_end = vec![false; parents.len()];
+    for start in 0..parents.len() {
+        let mut walked = Vec::new();
+        let mut at = Some(start);
+        while let Some(node) = at.filter(|&node| !known_to_end[node]) {
+            if walked.len() > parents.len() {
+                return Err(Fault::broken(format!("node {node} is its own ancestor")));
+            }
+            walked.push(node);
+            at = parents[node];
+        }
+        walked.into_iter().for_each(|node| known_to_end[node] = true);
+    }
+    Ok(parents)
+}
+
+fn starts(root: &Root, parents: &[Option<usize>]) -> Result<Vec<usize>, Fault> {
+    let default = root.scene.map_or(0, |scene| scene.value());
+    let nodes = match root.scenes.get(default) {
+        Some(scene) => scene.nodes.iter().map(|node| node.value()).collect(),
+        None => (0..root.nodes.len()).filter(|&node| parents[node].is_none()).collect::<Vec<_>>(),
+    };
+    match nodes.iter().find(|&&node| node >= root.nodes.len()) {
+        Some(&node) => Err(missing_node(node, root)),
+        None => Ok(nodes),
+    }
+}
+
+fn missing_node(node: usize, root: &Root) -> Fault {
+    Fault::broken(format!("node {node} is named and {} exist", root.nodes.len()))
+}
+
+fn parent_from_node(node: &Node) -> DAffine3 {
+    if let Some(matrix) = node.matrix {
+        return DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from)));
+    }
+    let vector = |v: Option<[f32; 3]>, absent| v.map_or(absent, |v| DVec3::from_array(v.map(f64::from)));
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |rotation| quaternion(rotation.0));
+    DAffine3::from_scale_rotation_translation(
+        vector(node.scale, DVec3::ONE),
+        rotation,
+        vector(node.translation, DVec3::ZERO),
+    )
+}
+
+/// The rotation of (x, y, z, w), made a unit quaternion; none for one of length zero.
+pub(super) fn quaternion(xyzw: [f32; 4]) -> DQuat {
+    let quaternion = DQuat::from_array(xyzw.map(f64::from));
+    if quaternion.length_squared() > 0.0 { quaternion.normalize() } else { DQuat::IDENTITY }
+}

@@ -1,0 +1,152 @@
+//! OBJ to a [`Source`].
+
+use super::{
+    fault::{Fault, limit},
+    source::{Mesh, Part, Source},
+    textures, uri,
+};
+use crate::{
+    leaf::Vertex,
+    material::{AlphaMode, Material, Texture},
+    plant::MAX_ELEMENTS,
+};
+use glam::DAffine3;
+use std::{cell::RefCell, collections::BTreeMap, path::Path};
+use tobj::{LoadError, LoadOptions};
+
+/// The fix for most of what is wrong with an OBJ.
+const FIX: &str = "export it again, with triangles";
+
+/// How the file is taken apart: every face a triangle, every attribute with its own indices.
+const OPTIONS: LoadOptions =
+    LoadOptions { single_index: false, triangulate: true, ignore_points: true, ignore_lines: true };
+
+/// Reads a file and the material libraries beside it.
+pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
+    let warnings = RefCell::new(Vec::new());
+    let library = |name: &Path| library(name, path, &mut warnings.borrow_mut());
+    let (models, libraries) = tobj::load_obj_buf(&mut &bytes[..], &OPTIONS, library).map_err(broken)?;
+    let mut materials =
+        Materials { path, textures: Vec::new(), known: BTreeMap::new(), warnings: warnings.into_inner() };
+    let libraries = libraries.unwrap_or_default();
+    let mut source = Source {
+        name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
+        ..Source::default()
+    };
+    for library in &libraries {
+        let (material, stated_alpha) = materials.material(library);
+        source.materials.push(material);
+        source.stated_alpha.push(stated_alpha);
+    }
+    source.materials.push(Material { double_sided: true, ..Material::default() });
+    source.stated_alpha.push(AlphaMode::Opaque);
+    for model in &models {
+        source.push(model)?;
+    }
+    (source.textures, source.warnings) = (materials.textures, materials.warnings);
+    Ok(source)
+}
+
+fn broken(error: LoadError) -> Fault {
+    Fault::Broken { reason: format!("its content is not OBJ: {error}"), fix: FIX }
+}
+
+/// A material library; one that is missing or damaged is left out with a warning.
+fn library(name: &Path, path: &Path, warnings: &mut Vec<String>) -> tobj::MTLLoadResult {
+    let bytes = uri::read(&name.to_string_lossy(), path).map_err(|fault| fault.at(path).to_string());
+    let library = bytes.and_then(|bytes| tobj::load_mtl_buf(&mut &bytes[..]).map_err(|error| error.to_string()));
+    library.or_else(|reason| {
+        warnings.push(format!("material library {} is left out: {reason}", name.display()));
+        Ok(Default::default())
+    })
+}
+
+impl Source {
+    /// Appends the triangles of one object, group and material.
+    fn push(&mut self, model: &tobj::Model) -> Result<(), Fault> {
+        let from = &model.mesh;
+        limit("the number of indices", from.indices.len() as u64, MAX_ELEMENTS as u64)?;
+        let material = from.material_id.unwrap_or(self.materials.len() - 1).min(self.materials.len() - 1);
+        let mut mesh = Mesh { name: model.name.clone(), material, ..Mesh::default() };
+        let mut known: BTreeMap<[u32; 3], u32> = BTreeMap::new();
+        for corner in 0..from.indices.len() / 3 * 3 {
+            let of = |indices: &[u32]| indices.get(corner).copied().unwrap_or(u32::MAX);
+            let key = [from.indices[corner], of(&from.normal_indices), of(&from.texcoord_indices)];
+            let next = mesh.vertices.len() as u32;
+            let index = *known.entry(key).or_insert(next);
+            if index == next {
+                mesh.vertices.push(vertex(from, key)?);
+            }
+            mesh.indices.push(index);
+        }
+        self.parts.push(Part { name: model.name.clone(), mesh: self.meshes.len(), places: vec![DAffine3::IDENTITY] });
+        self.meshes.push(mesh);
+        Ok(())
+    }
+}
+
+fn vertex(from: &tobj::Mesh, [position, normal, uv]: [u32; 3]) -> Result<Vertex, Fault> {
+    let found = triple(&from.positions, position).filter(|position| position.iter().all(|value| value.is_finite()));
+    let position = found
+        .ok_or_else(|| Fault::Broken { reason: format!("vertex {position} is missing or not finite"), fix: FIX })?;
+    let finite = |values: &[f32; 3]| values.iter().all(|value| value.is_finite());
+    let normal = triple(&from.normals, normal).filter(finite).unwrap_or_default();
+    let uv = from.texcoords.get(uv as usize * 2..).and_then(|rest| rest.first_chunk::<2>());
+    let uv = uv.copied().filter(|uv| uv.iter().all(|value| value.is_finite())).unwrap_or_default();
+    // OBJ counts v from the last row of texels.
+    Ok(Vertex { position, normal, uv: [uv[0], 1.0 - uv[1]], color: [1.0; 4] })
+}
+
+fn triple(values: &[f32], index: u32) -> Option<[f32; 3]> {
+    values.get(index as usize * 3..)?.first_chunk::<3>().copied()
+}
+
+/// Materials of one file while they are read.
+struct Materials<'a> {
+    path: &'a Path,
+    textures: Vec<Texture>,
+    known: BTreeMap<String, Option<u32>>,
+    warnings: Vec<String>,
+}
+
+impl Materials<'_> {
+    /// The material and the alpha mode that it states. OBJ has no cutoff and no culling: half covered covers, both sides
+    /// are drawn. A constant dissolve is not read, exporters write 0 beside a texture.
+    fn material(&mut self, from: &tobj::Material) -> (Material, AlphaMode) {
+        let texture = from.diffuse_texture.as_deref().and_then(|name| self.texture(name));
+        let has_holes = texture.is_some_and(|texture| textures::has_holes(&self.textures[texture as usize]));
+        if from.dissolve_texture.is_some() && from.dissolve_texture != from.diffuse_texture {
+            self.warnings.push(format!("material {:?}: its map_d differs from its map_Kd and is left out", from.name));
+        }
+        let states_alpha = has_holes || from.dissolve_texture.is_some();
+        let [r, g, b] = from.diffuse.filter(|_| texture.is_none()).unwrap_or([1.0; 3]);
+        let material = Material {
+            name: from.name.clone(),
+            base_color: [r, g, b, 1.0].map(|factor| if factor.is_finite() { factor } else { 1.0 }),
+            texture,
+            alpha_mode: if has_holes { AlphaMode::Mask } else { AlphaMode::Opaque },
+            double_sided: true,
+            ..Material::default()
+        };
+        (material, if states_alpha { AlphaMode::Mask } else { AlphaMode::Opaque })
+    }
+
+    fn texture(&mut self, name: &str) -> Option<u32> {
+        if let Some(&known) = self.known.get(name) {
+            return known;
+        }
+        let bytes = uri::read(name, self.path).map_err(|fault| fault.at(self.path).to_string());
+        let index = match bytes.and_then(|bytes| textures::texture(name, &bytes)) {
+            Ok(texture) => {
+                self.textures.push(texture);
+                Some(self.textures.len() as u32 - 1)
+            }
+            Err(reason) => {
+                self.warnings.push(format!("texture {name:?} is left out, its materials are opaque: {reason}"));
+                None
+            }
+        };
+        self.known.insert(name.to_owned(), index);
+        index
+    }
+}

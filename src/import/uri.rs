@@ -1,0 +1,77 @@
+//! Where a file's other bytes are: `data:` URIs and files beside it.
+
+use super::{MAX_FILE_BYTES, fault::Fault, fault::limit};
+use data_url::DataUrl;
+use percent_encoding::percent_decode_str;
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+/// The bytes that `uri` names. `beside` is the file that holds the URI.
+pub(super) fn read(uri: &str, beside: &Path) -> Result<Vec<u8>, Fault> {
+    if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+        return decode_data(uri);
+    }
+    if uri.contains("://") {
+        let feature = format!("fetching {uri:?}");
+        return Err(Fault::Unsupported { feature, fix: "download it and refer to it by a relative path".to_owned() });
+    }
+    read_file(&beside_path(uri, beside))
+}
+
+/// A whole regular file.
+pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, Fault> {
+    let io = |source| Fault::Io { path: path.to_path_buf(), source };
+    let metadata = fs::metadata(path).map_err(io)?;
+    if !metadata.is_file() {
+        return Err(io(io::Error::new(io::ErrorKind::InvalidInput, "not a file")));
+    }
+    limit("the file's length in bytes", metadata.len(), MAX_FILE_BYTES)?;
+    fs::read(path).map_err(io)
+}
+
+fn decode_data(uri: &str) -> Result<Vec<u8>, Fault> {
+    let broken = || Fault::broken("a data: URI is not valid base64");
+    let (bytes, _) = DataUrl::process(uri).map_err(|_| broken())?.decode_to_vec().map_err(|_| broken())?;
+    Ok(bytes)
+}
+
+/// The path that a relative URI means. Absolute ones of another machine (`C:/...`) fall back to the file's name.
+fn beside_path(uri: &str, beside: &Path) -> PathBuf {
+    let decoded = percent_decode_str(uri).decode_utf8_lossy().replace('\\', "/");
+    let folder = beside.parent().unwrap_or(Path::new(""));
+    let is_absolute = decoded.starts_with('/') || decoded.as_bytes().get(1) == Some(&b':');
+    if is_absolute {
+        return folder.join(decoded.rsplit('/').next().unwrap_or_default());
+    }
+    // A percent sign may also be meant literally.
+    [folder.join(&decoded), folder.join(uri)].into_iter().find(|path| path.exists()).unwrap_or(folder.join(decoded))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_data_is_decoded() {
+        let uri = "data:application/octet-stream;base64,AQID/w==";
+        assert_eq!(read(uri, Path::new("a.gltf")).unwrap(), [1, 2, 3, 255]);
+        assert!(read("data:;base64,A", Path::new("a.gltf")).is_err());
+        assert!(read("data:", Path::new("a.gltf")).is_err());
+    }
+
+    #[test]
+    fn absolute_paths_never_leave_the_folder() {
+        let beside = Path::new("/plants/oak.obj");
+        assert_eq!(beside_path("C:/art/leaf.png", beside), Path::new("/plants/leaf.png"));
+        assert_eq!(beside_path("C:\\art\\leaf.png", beside), Path::new("/plants/leaf.png"));
+        assert_eq!(beside_path("/dev/zero", beside), Path::new("/plants/zero"));
+        assert_eq!(beside_path("my%20leaf.png", beside), Path::new("/plants/my leaf.png"));
+    }
+
+    #[test]
+    fn what_is_not_a_regular_file_is_refused() {
+        assert!(matches!(read_file(Path::new("/")), Err(Fault::Io { .. })));
+    }
+}

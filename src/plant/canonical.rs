@@ -1,0 +1,99 @@
+//! The canonical form of a leaf: the same bytes in whatever order a file lists its triangles and vertices.
+
+use super::Plant;
+use crate::leaf::Vertex;
+
+impl Plant {
+    /// Brings every leaf into canonical form; drawing stays the same, leaves, pivots and wood keep their places.
+    ///
+    /// Within each leaf bitwise equal vertices become one, unreferenced ones go, vertices are sorted by position, uv,
+    /// normal and colour (as unsigned bits), triangles start with their least index, keep their winding and are sorted.
+    /// Idempotent. Cost: a sort of each leaf.
+    pub fn canonicalize(&mut self) {
+        let source = std::mem::take(self);
+        let leaves = source.leaves.iter().map(|leaf| {
+            let first = leaf.vertices[0];
+            let indices: Vec<u32> = source.indices[leaf.index_range()].iter().map(|index| index - first).collect();
+            (canonical(&source.vertices[leaf.vertex_range()], &indices), leaf)
+        });
+        for ((vertices, indices), leaf) in leaves {
+            self.push_leaf(&vertices, &indices, leaf.pivot, leaf.material);
+        }
+        let Plant { name, wood, materials, textures, .. } = source;
+        *self = Plant { name, wood, materials, textures, ..std::mem::take(self) };
+    }
+}
+
+/// The canonical form of one leaf. `indices` count from 0 within `vertices` and stay below their number.
+pub(crate) fn canonical(vertices: &[Vertex], indices: &[u32]) -> (Vec<Vertex>, Vec<u32>) {
+    let mut order: Vec<u32> = indices.to_vec();
+    order.sort_unstable();
+    order.dedup();
+    order.sort_by_key(|&vertex| key(&vertices[vertex as usize]));
+    let mut renumbered = vec![0; vertices.len()];
+    let mut sorted: Vec<Vertex> = Vec::with_capacity(order.len());
+    for vertex in order {
+        let content = vertices[vertex as usize];
+        if sorted.last().is_none_or(|last| key(last) != key(&content)) {
+            sorted.push(content);
+        }
+        renumbered[vertex as usize] = sorted.len() as u32 - 1;
+    }
+    let mut triangles: Vec<[u32; 3]> = indices
+        .chunks_exact(3)
+        .map(|corners| least_rotation([0, 1, 2].map(|i| renumbered[corners[i] as usize])))
+        .collect();
+    triangles.sort_unstable();
+    (sorted, triangles.into_flattened())
+}
+
+fn key(vertex: &Vertex) -> [u32; 12] {
+    let [x, y, z] = vertex.position.map(f32::to_bits);
+    let [u, v] = vertex.uv.map(f32::to_bits);
+    let [i, j, k] = vertex.normal.map(f32::to_bits);
+    let [r, g, b, a] = vertex.color.map(f32::to_bits);
+    [x, y, z, u, v, i, j, k, r, g, b, a]
+}
+
+fn least_rotation([a, b, c]: [u32; 3]) -> [u32; 3] {
+    [a, b, c].min([b, c, a]).min([c, a, b])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Material;
+
+    fn vertex(x: f32, y: f32) -> Vertex {
+        Vertex { position: [x, y, 0.0], normal: [0.0, 0.0, 1.0], uv: [x, y], color: [1.0; 4] }
+    }
+
+    #[test]
+    fn order_and_duplicates_within_a_leaf_leave_no_trace() {
+        let corners = [vertex(0.0, 0.0), vertex(1.0, 0.0), vertex(1.0, 1.0), vertex(0.0, 1.0)];
+        let listed = canonical(&corners, &[0, 1, 2, 0, 2, 3]);
+        let split = [corners[3], corners[2], corners[0], corners[0], corners[1], corners[2], vertex(9.0, 9.0)];
+        assert_eq!(canonical(&split, &[1, 0, 2, 4, 5, 3]), listed);
+        assert_eq!(canonical(&listed.0, &listed.1), listed);
+        assert_eq!(listed.0.len(), 4);
+    }
+
+    #[test]
+    fn winding_is_kept() {
+        let corners = [vertex(0.0, 0.0), vertex(1.0, 0.0), vertex(1.0, 1.0)];
+        assert_ne!(canonical(&corners, &[0, 1, 2]), canonical(&corners, &[0, 2, 1]));
+        assert_eq!(canonical(&corners, &[0, 1, 2]), canonical(&corners, &[2, 0, 1]));
+    }
+
+    #[test]
+    fn a_plant_keeps_its_leaves_and_wood() {
+        let mut plant = Plant { name: "p".into(), materials: vec![Material::default()], ..Plant::default() };
+        plant.push_leaf(&[vertex(1.0, 1.0), vertex(0.0, 0.0), vertex(1.0, 0.0)], &[2, 0, 1], [1.0; 3], 0);
+        plant.push_leaf(&[vertex(3.0, 0.0), vertex(4.0, 0.0), vertex(3.0, 1.0)], &[0, 1, 2], [2.0; 3], 0);
+        plant.canonicalize();
+        plant.validate().unwrap();
+        assert_eq!((plant.leaves.len(), plant.leaves[1].pivot, plant.materials.len()), (2, [2.0; 3], 1));
+        assert_eq!(plant.vertices[0].position, [0.0; 3]);
+        assert_eq!(plant.indices[..3], [0, 1, 2]);
+    }
+}
