@@ -114,7 +114,7 @@ fn the_nearer_leaf_hides_the_farther_one_in_either_order() {
 fn leaves_behind_the_eye_vanish_and_one_across_the_near_plane_is_cut() {
     let mut plant = squares(&[(Vec3::Z * 20.0, 1.0, 0)], &[material([1.0; 3])]);
     assert_eq!(covered_px(&draw(&plant)), 0.0);
-    push_square(&mut plant, Vec3::new(0.0, -0.05, 10.0), 5.0, Quat::from_rotation_x(1.5707), 0);
+    push_square(&mut plant, Vec3::new(0.0, -0.05, 10.0), 5.0, Quat::from_rotation_x(std::f32::consts::FRAC_PI_2), 0);
     let covered = covered_px(&draw(&plant));
     assert!(covered > 0.2 * 96.0 * 96.0 && covered < 0.6 * 96.0 * 96.0, "{covered}");
 }

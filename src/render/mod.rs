@@ -1,8 +1,16 @@
 //! Pictures: of plants and models on the CPU, and everything that goes through wgpu.
 //!
 //! [`software`] draws a plant or a model into an [`Image`](image::Image) seen from a [`Camera`](camera::Camera), on any
-//! machine.
+//! machine. With the feature `render` there is a GPU as well: `device` opens it, `fragment_pass` captures the simplifier's
+//! fragments on it.
 
 pub mod camera;
 pub mod image;
 pub mod software;
+
+#[cfg(feature = "render")]
+pub mod device;
+#[cfg(all(feature = "render", feature = "simplify"))]
+pub mod fragment_pass;
+#[cfg(feature = "render")]
+pub mod shader;

@@ -1,0 +1,148 @@
+//! The wgpu device that everything on the GPU shares: how it is chosen, and what becomes of its errors.
+//!
+//! Any adapter will do, software ones too. Nothing here or in the passes panics when the device fails: the first failure
+//! is kept and [`GpuDevice::check`] gives it as an [`Error::Gpu`].
+
+use crate::{Error, Result};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What to do without a GPU.
+const USE_CPU: &str = "use --raster cpu";
+
+/// Which adapter to take.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct GpuOptions {
+    /// Part of the adapter's name, in any case; `None` leaves the choice to wgpu, which prefers the fastest.
+    pub adapter: Option<String>,
+}
+
+impl GpuOptions {
+    /// The adapter that the environment variable `WGPU_ADAPTER_NAME` names, if it is set.
+    pub fn from_env() -> Self {
+        Self { adapter: std::env::var("WGPU_ADAPTER_NAME").ok().filter(|name| !name.is_empty()) }
+    }
+}
+
+/// An open device and its queue. A clone is another handle to the same device.
+#[derive(Debug, Clone)]
+pub struct GpuDevice {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+    downlevel: wgpu::DownlevelFlags,
+    failure: Failure,
+}
+
+impl GpuDevice {
+    /// Opens an adapter with all that it offers in limits and no optional feature.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] when there is no driver, no adapter (of that name), or it refuses.
+    pub fn new(options: &GpuOptions) -> Result<Self> {
+        pollster::block_on(Self::open(options))
+    }
+
+    async fn open(options: &GpuOptions) -> Result<Self> {
+        let adapter = choose_adapter(options).await?;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("foliage-lod"),
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) = adapter.request_device(&descriptor).await.map_err(|error| {
+            gpu_error(format!("adapter {:?} gives no device: {}", adapter.get_info().name, one_line(&error)))
+        })?;
+        let failure = Failure::default();
+        let (on_error, on_loss) = (failure.clone(), failure.clone());
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| on_error.keep(one_line(&error))));
+        device.set_device_lost_callback(move |reason, message| {
+            // Dropping the device is not a failure.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                on_loss.keep(format!("device lost: {}", one_line(&message)));
+            }
+        });
+        let downlevel = adapter.get_downlevel_capabilities().flags;
+        Ok(Self { device, queue, info: adapter.get_info(), downlevel, failure })
+    }
+
+    /// Name and interface, for instance `llvmpipe (LLVM 19.1.7, 256 bits), Vulkan`.
+    pub fn adapter_name(&self) -> String {
+        format!("{}, {:?}", self.info.name, self.info.backend)
+    }
+
+    /// The device.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// Its queue.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// Whether fragment shaders may write to storage buffers.
+    pub fn has_fragment_storage_writes(&self) -> bool {
+        self.downlevel.contains(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE)
+    }
+
+    /// The first failure since the device was opened.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] with what the device said, from its first failure on.
+    pub fn check(&self) -> Result<()> {
+        match self.failure.first() {
+            None => Ok(()),
+            Some(reason) => Err(gpu_error(format!("{} failed: {reason}", self.adapter_name()))),
+        }
+    }
+}
+
+async fn choose_adapter(options: &GpuOptions) -> Result<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::PRIMARY,
+        flags: wgpu::InstanceFlags::empty().with_env(),
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    });
+    let Some(wanted) = &options.adapter else {
+        let request = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            ..Default::default()
+        };
+        let adapter = instance.request_adapter(&request).await;
+        return adapter
+            .map_err(|_| gpu_error("no adapter found (is a Vulkan, Metal or Direct3D 12 driver installed?)"));
+    };
+    let mut names = Vec::new();
+    for adapter in instance.enumerate_adapters(wgpu::Backends::PRIMARY).await {
+        let name = adapter.get_info().name;
+        if name.to_lowercase().contains(&wanted.to_lowercase()) {
+            return Ok(adapter);
+        }
+        names.push(name);
+    }
+    Err(gpu_error(format!("no adapter is named {wanted:?}; there are {names:?}")))
+}
+
+/// The first thing that went wrong, from whichever thread it was reported.
+#[derive(Debug, Clone, Default)]
+struct Failure(Arc<Mutex<Option<String>>>);
+
+impl Failure {
+    fn keep(&self, reason: String) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
+    }
+
+    fn first(&self) -> Option<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// An [`Error::Gpu`] whose fix is the CPU.
+pub(super) fn gpu_error(reason: impl Into<String>) -> Error {
+    Error::Gpu { reason: reason.into(), fix: USE_CPU.into() }
+}
+
+/// wgpu explains itself over several indented lines.
+pub(super) fn one_line(error: &impl std::fmt::Display) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,267 @@
+//! One lane: the buffers of one job in flight, kept for the next.
+
+use super::{
+    MaskBuffers, Params, TARGET_FORMAT, UNCERTAIN,
+    job::{Job, lies_inside},
+};
+use crate::{
+    Result,
+    render::device::{GpuDevice, gpu_error, one_line},
+    simplify::fragments::{AlphaMask, AlphaTest, Coverage, ViewTriangles},
+};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
+
+/// Bytes of the count in front of the entries.
+const HEADER_BYTES: u64 = size_of::<u32>() as u64;
+/// Longest wait for one job. Software adapters take a few seconds for the largest.
+const LONGEST_WAIT: Duration = Duration::from_secs(300);
+
+type MapResult = Arc<Mutex<Option<std::result::Result<(), wgpu::BufferAsyncError>>>>;
+
+/// Buffers, target and bindings of one job.
+pub(super) struct Lane {
+    /// Clip positions being packed.
+    corners: Vec<[f32; 2]>,
+    corner_buffer: wgpu::Buffer,
+    alpha_buffer: wgpu::Buffer,
+    params: wgpu::Buffer,
+    fragments: wgpu::Buffer,
+    readback: wgpu::Buffer,
+    target: Option<(u32, wgpu::TextureView)>,
+    bindings: Option<wgpu::BindGroup>,
+    in_flight: Option<(wgpu::SubmissionIndex, MapResult)>,
+}
+
+impl Lane {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        use wgpu::BufferUsages as Usage;
+        Self {
+            corners: Vec::new(),
+            corner_buffer: buffer(device, "corners", Usage::VERTEX | Usage::COPY_DST, size_of::<[f32; 2]>() as u64),
+            alpha_buffer: buffer(
+                device,
+                "alpha tests",
+                Usage::STORAGE | Usage::COPY_DST,
+                size_of::<AlphaTest>() as u64,
+            ),
+            params: buffer(device, "params", Usage::UNIFORM | Usage::COPY_DST, size_of::<Params>() as u64),
+            fragments: buffer(
+                device,
+                "fragments",
+                Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
+                fragment_bytes(1),
+            ),
+            readback: buffer(device, "readback", Usage::MAP_READ | Usage::COPY_DST, fragment_bytes(1)),
+            target: None,
+            bindings: None,
+            in_flight: None,
+        }
+    }
+
+    /// The masks have changed.
+    pub(super) fn forget_bindings(&mut self) {
+        self.bindings = None;
+    }
+
+    /// Starts a job.
+    pub(super) fn submit(
+        &mut self,
+        gpu: &GpuDevice,
+        pipeline: &wgpu::RenderPipeline,
+        masks: &MaskBuffers,
+        job: &Job,
+        view: &ViewTriangles<'_>,
+    ) -> Result<()> {
+        self.make_room(gpu.device(), job, view.resolution);
+        self.upload(gpu.queue(), job, view);
+        self.bind(gpu.device(), pipeline, masks);
+        gpu.check()?;
+        let commands = self.encode(gpu.device(), pipeline, job);
+        let submission = gpu.queue().submit([commands]);
+        let mapped = MapResult::default();
+        let report = mapped.clone();
+        self.readback.map_async(wgpu::MapMode::Read, 0..fragment_bytes(job.capacity), move |result| {
+            *report.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+        });
+        self.in_flight = Some((submission, mapped));
+        gpu.check()
+    }
+
+    /// Waits for the job started last. Appends its fragments if there was room for all; returns how many there are.
+    pub(super) fn collect(
+        &mut self,
+        gpu: &GpuDevice,
+        job: &Job,
+        view: &ViewTriangles<'_>,
+        masks: &[AlphaMask],
+        out: &mut Vec<Coverage>,
+    ) -> Result<u32> {
+        let Some((submission, mapped)) = self.in_flight.take() else { return Ok(0) };
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(LONGEST_WAIT) };
+        let waited = gpu.device().poll(wait);
+        gpu.check()?;
+        waited.map_err(|error| gpu_error(format!("{} does not answer: {}", gpu.adapter_name(), one_line(&error))))?;
+        match mapped.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            Some(Ok(())) => {}
+            other => return Err(gpu_error(format!("fragments cannot be read back: {other:?}"))),
+        }
+        let found = self.read(job, out)?;
+        self.readback.unmap();
+        if found <= job.capacity && !masks.is_empty() {
+            settle_uncertain(out, found as usize, view.alpha, view.resolution, masks);
+        }
+        Ok(found)
+    }
+
+    /// Leaves a job that nobody will collect.
+    pub(super) fn abandon(&mut self, device: &wgpu::Device) {
+        if let Some((submission, _)) = self.in_flight.take() {
+            // The batch has failed already; what becomes of this job no longer matters.
+            let _ =
+                device.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(LONGEST_WAIT) });
+            self.readback.unmap();
+        }
+    }
+
+    fn make_room(&mut self, device: &wgpu::Device, job: &Job, resolution: u32) {
+        let triangles = job.triangles.len() as u64;
+        grow(device, &mut self.corner_buffer, triangles * size_of::<[[f32; 2]; 3]>() as u64);
+        let alpha_grew = grow(device, &mut self.alpha_buffer, triangles * size_of::<AlphaTest>() as u64);
+        let fragments_grew = grow(device, &mut self.fragments, fragment_bytes(job.capacity));
+        grow(device, &mut self.readback, fragment_bytes(job.capacity));
+        if alpha_grew || fragments_grew {
+            self.bindings = None;
+        }
+        if self.target.as_ref().is_none_or(|(side, _)| *side != resolution) {
+            self.target = Some((resolution, create_target(device, resolution)));
+        }
+    }
+
+    fn upload(&mut self, queue: &wgpu::Queue, job: &Job, view: &ViewTriangles<'_>) {
+        self.corners.clear();
+        for corners in &view.screen[job.triangles.clone()] {
+            let is_for_gpu = lies_inside(corners, view.resolution);
+            // Three equal corners cover nothing.
+            self.corners.extend(corners.map(|corner| {
+                let [x, y, ..] = if is_for_gpu { view.clip_from_screen(corner) } else { [0.0; 4] };
+                [x, y]
+            }));
+        }
+        let params = Params {
+            resolution: view.resolution,
+            first_triangle: job.triangles.start as u32,
+            capacity: job.capacity,
+            padding: 0,
+        };
+        queue.write_buffer(&self.corner_buffer, 0, bytemuck::cast_slice(&self.corners));
+        queue.write_buffer(&self.alpha_buffer, 0, bytemuck::cast_slice(&view.alpha[job.triangles.clone()]));
+        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+    }
+
+    fn bind(&mut self, device: &wgpu::Device, pipeline: &wgpu::RenderPipeline, masks: &MaskBuffers) {
+        let buffers = [&self.params, &self.alpha_buffer, &masks.headers, &masks.words, &self.fragments];
+        let entries: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        self.bindings.get_or_insert_with(|| {
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("fragment_pass"),
+                layout: &pipeline.get_bind_group_layout(0),
+                entries: &entries,
+            })
+        });
+    }
+
+    fn encode(&self, device: &wgpu::Device, pipeline: &wgpu::RenderPipeline, job: &Job) -> wgpu::CommandBuffer {
+        let mut encoder =
+            device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("fragment_pass") });
+        encoder.clear_buffer(&self.fragments, 0, Some(HEADER_BYTES));
+        let attachment = self.target.as_ref().map(|(_, view)| wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
+        });
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("fragment_pass"),
+            color_attachments: &[attachment],
+            ..Default::default()
+        });
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, self.bindings.as_ref(), &[]);
+        pass.set_vertex_buffer(0, self.corner_buffer.slice(..));
+        pass.draw(0..3 * job.triangles.len() as u32, 0..1);
+        drop(pass);
+        encoder.copy_buffer_to_buffer(&self.fragments, 0, &self.readback, 0, fragment_bytes(job.capacity));
+        encoder.finish()
+    }
+
+    /// How many fragments there are; appends them if there was room for all.
+    fn read(&self, job: &Job, out: &mut Vec<Coverage>) -> Result<u32> {
+        let lost = |error| gpu_error(format!("fragments cannot be read back: {}", one_line(&error)));
+        let bytes = self.readback.get_mapped_range(0..fragment_bytes(job.capacity)).map_err(lost)?;
+        let (header, entries) = bytes.split_at(HEADER_BYTES as usize);
+        let found: u32 = bytemuck::pod_read_unaligned(header);
+        if found <= job.capacity {
+            let first = out.len();
+            out.resize(first + found as usize, Coverage { pixel: 0, triangle: 0 });
+            let appended = bytemuck::cast_slice_mut::<_, u8>(&mut out[first..]);
+            appended.copy_from_slice(&entries[..appended.len()]);
+        }
+        Ok(found)
+    }
+}
+
+/// Repeats the alpha test of those of the last `count` fragments that are marked, and drops the ones that do not cover.
+fn settle_uncertain(out: &mut Vec<Coverage>, count: usize, alpha: &[AlphaTest], resolution: u32, masks: &[AlphaMask]) {
+    let first = out.len() - count;
+    let mut kept = first;
+    for i in first..out.len() {
+        let Coverage { pixel, triangle } = out[i];
+        let is_marked = triangle & UNCERTAIN != 0;
+        let triangle = triangle & !UNCERTAIN;
+        let (x, y) = (i64::from(pixel % resolution), i64::from(pixel / resolution));
+        if !is_marked || alpha[triangle as usize].covers(masks, x, y) {
+            out[kept] = Coverage { pixel, triangle };
+            kept += 1;
+        }
+    }
+    out.truncate(kept);
+}
+
+fn fragment_bytes(count: u32) -> u64 {
+    HEADER_BYTES + u64::from(count) * size_of::<Coverage>() as u64
+}
+
+fn buffer(device: &wgpu::Device, label: &str, usage: wgpu::BufferUsages, size: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+}
+
+/// Replaces a buffer that is too small by one with an eighth to spare. The old content is lost.
+fn grow(device: &wgpu::Device, old: &mut wgpu::Buffer, bytes: u64) -> bool {
+    let is_too_small = old.size() < bytes;
+    if is_too_small {
+        let limit = device.limits().max_storage_buffer_binding_size;
+        let spare = (bytes + bytes / 8).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT).min(limit).max(bytes);
+        *old = buffer(device, "grown", old.usage(), spare);
+    }
+    is_too_small
+}
+
+fn create_target(device: &wgpu::Device, resolution: u32) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("fragment_pass target"),
+        size: wgpu::Extent3d { width: resolution, height: resolution, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: TARGET_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}

@@ -1,0 +1,261 @@
+//! Fragments captured on the GPU: one pass appends every covered pixel of every triangle to a storage buffer.
+//!
+//! The result equals the CPU rasteriser's, pixel for pixel: corners come snapped to 1/256 pixel, triangles that reach
+//! beyond the view are left to the CPU (an adapter may clip them as it likes; a view that frames its plant has none), and
+//! alpha tests whose texel hangs on rounding are repeated by the CPU.
+//!
+//! A view is cut into jobs by the pixels that its triangles are expected to cover, so that each fits the buffers; a job
+//! that did not fit is run again with the count now known, or in halves. Two lanes of buffers alternate: while the device
+//! draws one job, the other is packed or read back. Buffers are kept between calls.
+//!
+//! Limits: an adapter that snaps positions more coarsely than to 1/256 pixel covers other pixels; one triangle may cover at
+//! most [`MAX_FRAGMENTS_PER_JOB`] pixels.
+
+mod job;
+mod lane;
+
+use super::{
+    device::{GpuDevice, gpu_error},
+    shader::ShaderSource,
+};
+use crate::{
+    Error, Result,
+    material::Wrap,
+    simplify::fragments::{AlphaMask, Coverage, FragmentSource, NO_MASK, ViewTriangles},
+};
+use job::{Job, cover_outside};
+use lane::Lane;
+use std::collections::VecDeque;
+use wgpu::util::DeviceExt;
+
+/// Most fragments of one job: 32 MiB, and what one triangle covers that fills the largest view.
+pub const MAX_FRAGMENTS_PER_JOB: u32 = 1 << 22;
+/// Set in [`Coverage::triangle`] where the CPU has to repeat the alpha test.
+const UNCERTAIN: u32 = 1 << 31;
+/// Relative error of a texture coordinate, generously: four roundings of a plane, contracted or not, a division by Vulkan's
+/// rule (2.5 units in the last place) and a product come to 12 * 2^-24, on the GPU and once more on the CPU.
+const ROUNDING: f32 = 1.0 / (1 << 19) as f32;
+/// Texel number from which rounding alone reaches the neighbouring texel.
+const LARGEST_CELL: f32 = (1 << 22) as f32;
+
+/// What a draw is told.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Params {
+    /// Pixels on a side.
+    pub resolution: u32,
+    /// Number of the draw's first triangle within its view.
+    pub first_triangle: u32,
+    /// Entries that fit.
+    pub capacity: u32,
+    /// Unused.
+    pub padding: u32,
+}
+
+/// Where one alpha mask lies among the words of all.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct MaskHeader {
+    /// Its first word.
+    pub first_word: u32,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Wrap modes along u and v, by number.
+    pub wrap: [u32; 2],
+}
+
+/// The number by which the shader knows a wrap mode.
+pub const fn wrap_number(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
+    }
+}
+
+/// The pass's shader with its constants.
+pub fn wgsl() -> String {
+    ShaderSource::new()
+        .constant_u32("NO_MASK", NO_MASK)
+        .constant_u32("UNCERTAIN", UNCERTAIN)
+        .constant_u32("WRAP_REPEAT", wrap_number(Wrap::Repeat))
+        .constant_u32("WRAP_MIRROR", wrap_number(Wrap::Mirror))
+        .constant_f32("ROUNDING", ROUNDING)
+        .constant_f32("LARGEST_CELL", LARGEST_CELL)
+        .with_body(include_str!("../../../shaders/fragment_pass.wgsl"))
+}
+
+/// The GPU as a [`FragmentSource`].
+pub struct GpuFragments {
+    gpu: GpuDevice,
+    pipeline: wgpu::RenderPipeline,
+    masks: Vec<AlphaMask>,
+    mask_buffers: MaskBuffers,
+    lanes: [Lane; 2],
+}
+
+/// The masks as the shader reads them.
+struct MaskBuffers {
+    headers: wgpu::Buffer,
+    words: wgpu::Buffer,
+}
+
+impl GpuFragments {
+    /// Compiles the pass.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] when the adapter cannot write to storage buffers from fragment shaders, or fails.
+    pub fn new(gpu: &GpuDevice) -> Result<Self> {
+        if !gpu.has_fragment_storage_writes() {
+            let name = gpu.adapter_name();
+            return Err(gpu_error(format!("{name} cannot write to storage buffers from fragment shaders")));
+        }
+        let pipeline = create_pipeline(gpu.device());
+        let mask_buffers = MaskBuffers::new(gpu.device(), &[]);
+        let lanes = [Lane::new(gpu.device()), Lane::new(gpu.device())];
+        gpu.check()?;
+        Ok(Self { gpu: gpu.clone(), pipeline, masks: Vec::new(), mask_buffers, lanes })
+    }
+
+    /// Refuses a view that does not fit the adapter's textures or a triangle number's bits.
+    fn check_view(&self, view: &ViewTriangles<'_>) -> Result<()> {
+        let side = self.gpu.device().limits().max_texture_dimension_2d;
+        let limits = [
+            ("view resolution", view.resolution as u64, side as u64),
+            ("triangles of a view", view.screen.len() as u64, UNCERTAIN as u64 - 1),
+        ];
+        for (what, value, limit) in limits {
+            if value > limit {
+                let fix = "use a lower --resolution or --raster cpu".into();
+                return Err(Error::TooLarge { what: what.into(), value, limit, fix });
+            }
+        }
+        Ok(())
+    }
+
+    fn run(&mut self, mut jobs: VecDeque<Job>, views: &[ViewTriangles<'_>], out: &mut [Vec<Coverage>]) -> Result<()> {
+        let mut in_flight: VecDeque<(usize, Job)> = VecDeque::new();
+        let mut free: Vec<usize> = (0..self.lanes.len()).collect();
+        loop {
+            if let Some(lane) = free.pop_if(|_| !jobs.is_empty()) {
+                let Some(job) = jobs.pop_front() else { break };
+                self.lanes[lane].submit(&self.gpu, &self.pipeline, &self.mask_buffers, &job, &views[job.view])?;
+                in_flight.push_back((lane, job));
+                continue;
+            }
+            let Some((lane, job)) = in_flight.pop_front() else { break };
+            let found = self.lanes[lane].collect(&self.gpu, &job, &views[job.view], &self.masks, &mut out[job.view])?;
+            free.push(lane);
+            if found > job.capacity {
+                jobs.extend(job.again(found)?);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl FragmentSource for GpuFragments {
+    fn adapter(&self) -> Option<String> {
+        Some(self.gpu.adapter_name())
+    }
+
+    fn prepare(&mut self, masks: &[AlphaMask]) -> Result<()> {
+        let bytes = masks.iter().map(|mask| 4 * mask.bits.len() as u64).sum::<u64>();
+        let limits = self.gpu.device().limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if bytes > limit {
+            let fix = "use smaller textures or --raster cpu".into();
+            return Err(Error::TooLarge { what: "bytes of alpha masks".into(), value: bytes, limit, fix });
+        }
+        self.mask_buffers = MaskBuffers::new(self.gpu.device(), masks);
+        self.masks = masks.to_vec();
+        self.lanes.iter_mut().for_each(Lane::forget_bindings);
+        self.gpu.check()
+    }
+
+    fn capture(&mut self, view: ViewTriangles<'_>, out: &mut Vec<Coverage>) -> Result<()> {
+        self.capture_batch(&[view], std::slice::from_mut(out))
+    }
+
+    fn capture_batch(&mut self, views: &[ViewTriangles<'_>], out: &mut [Vec<Coverage>]) -> Result<()> {
+        let mut jobs = VecDeque::new();
+        for (i, (view, out)) in views.iter().zip(out.iter_mut()).enumerate() {
+            self.check_view(view)?;
+            cover_outside(view, &self.masks, out);
+            jobs.extend(Job::plan(i, view));
+        }
+        let result = self.run(jobs, views, out);
+        if result.is_err() {
+            self.lanes.iter_mut().for_each(|lane| lane.abandon(self.gpu.device()));
+        }
+        result
+    }
+}
+
+impl MaskBuffers {
+    fn new(device: &wgpu::Device, masks: &[AlphaMask]) -> Self {
+        let mut words = Vec::new();
+        let mut headers = Vec::new();
+        for mask in masks {
+            headers.push(MaskHeader {
+                first_word: words.len() as u32,
+                width: mask.width,
+                height: mask.height,
+                wrap: mask.wrap.map(wrap_number),
+            });
+            words.extend_from_slice(&mask.bits);
+        }
+        // A binding is never empty.
+        if headers.is_empty() {
+            headers.push(bytemuck::Zeroable::zeroed());
+            words.push(0);
+        }
+        let buffer = |label, contents| {
+            let usage = wgpu::BufferUsages::STORAGE;
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
+        };
+        Self {
+            headers: buffer("mask headers", bytemuck::cast_slice(&headers)),
+            words: buffer("mask words", bytemuck::cast_slice(&words)),
+        }
+    }
+}
+
+/// Format of the target: nothing is written to it, but a pass has to have one.
+const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
+fn create_pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("fragment_pass"),
+        source: wgpu::ShaderSource::Wgsl(wgsl().into()),
+    });
+    let corners = wgpu::VertexBufferLayout {
+        array_stride: size_of::<[f32; 2]>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x2],
+    };
+    let target = wgpu::ColorTargetState { format: TARGET_FORMAT, blend: None, write_mask: wgpu::ColorWrites::empty() };
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("fragment_pass"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("corner"),
+            compilation_options: Default::default(),
+            buffers: &[Some(corners)],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("append"),
+            compilation_options: Default::default(),
+            targets: &[Some(target)],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

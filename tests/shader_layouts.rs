@@ -1,0 +1,47 @@
+//! What Rust uploads is laid out as WGSL reads it: every member's offset and every size, read from the shader's own text.
+#![cfg(all(feature = "render", feature = "simplify"))]
+
+use foliage_lod::{
+    render::fragment_pass::{self, MaskHeader, Params},
+    simplify::fragments::{AlphaTest, Coverage},
+};
+use naga::{Module, TypeInner};
+use std::mem::offset_of;
+
+fn parsed(wgsl: &str) -> Module {
+    let module = naga::front::wgsl::parse_str(wgsl).unwrap_or_else(|error| panic!("{}", error.emit_to_string(wgsl)));
+    let mut validator =
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty());
+    validator.validate(&module).unwrap();
+    module
+}
+
+/// Member names with their offsets, and the size.
+fn layout(module: &Module, name: &str) -> (Vec<(String, usize)>, usize) {
+    let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
+    match found.map(|(_, ty)| &ty.inner) {
+        Some(TypeInner::Struct { members, span }) => {
+            let member = |m: &naga::StructMember| (m.name.clone().unwrap_or_default(), m.offset as usize);
+            (members.iter().map(member).collect(), *span as usize)
+        }
+        other => panic!("{name} is {other:?}"),
+    }
+}
+
+macro_rules! assert_layout {
+    ($module:expr, $rust:ty, $wgsl:literal, [$($field:ident),*]) => {
+        let expected = vec![$((stringify!($field).to_string(), offset_of!($rust, $field))),*];
+        assert_eq!(layout($module, $wgsl), (expected, size_of::<$rust>()), $wgsl);
+    };
+}
+
+#[test]
+fn every_struct_of_the_fragment_pass_lies_in_memory_as_in_rust() {
+    let module = parsed(&fragment_pass::wgsl());
+    assert_layout!(&module, Params, "Params", [resolution, first_triangle, capacity, padding]);
+    assert_layout!(&module, AlphaTest, "AlphaTest", [u, v, q, anchor, mask]);
+    assert_layout!(&module, MaskHeader, "MaskHeader", [first_word, width, height, wrap]);
+    assert_layout!(&module, Coverage, "Coverage", [pixel, triangle]);
+    let (members, _) = layout(&module, "Fragments");
+    assert_eq!(members[1], ("entries".to_string(), size_of::<u32>()));
+}
