@@ -4,9 +4,11 @@
 use foliage_lod::{
     Plant,
     grow::{GrowOptions, MAX_GROWN_LEAVES, Species, glb::write_glb, grow},
+    import::{ImportOptions, load_gltf_bytes},
+    leaf::LeafGeometry,
 };
 use glam::Vec3;
-use std::{collections::HashSet, path::Path};
+use std::{collections::HashSet, path::Path, sync::LazyLock};
 
 /// The counts of Gasch et al., "Multiresolution Foliage Rendering".
 const PAPER_COUNTS: [(&str, usize); 3] =
@@ -14,28 +16,39 @@ const PAPER_COUNTS: [(&str, usize); 3] =
 /// The text of a species to be spoilt.
 const OAK: &str = include_str!("../data/species/english-oak.toml");
 
+/// Name, count of the paper, and the tree as it grows by default.
+static TREES: LazyLock<Vec<(&str, usize, Plant)>> =
+    LazyLock::new(|| PAPER_COUNTS.iter().map(|&(name, count)| (name, count, grown(name, None))).collect());
+
 fn grown(name: &str, leaves: Option<u32>) -> Plant {
     grow(&Species::embedded(name).unwrap(), &GrowOptions { leaves, seed: None }).unwrap()
 }
 
 #[test]
 fn embedded_trees_have_the_papers_leaf_counts_and_are_sound() {
-    for (name, count) in PAPER_COUNTS {
-        let plant = grown(name, None);
+    for (name, count, plant) in &*TREES {
         plant.validate().unwrap();
-        assert_eq!(plant.leaves.len(), count, "{name}");
+        assert_eq!(plant.leaves.len(), *count, "{name}");
         assert!(plant.leaves.iter().all(|leaf| leaf.triangles() == 2 && leaf.vertex_range().len() == 4));
     }
 }
 
 #[test]
 fn any_leaf_count_is_exact_and_leaves_the_stems_alone() {
-    let full = grown("english-oak", None);
-    for leaves in [1, 2, 3, 200, 20_145, 100_000] {
+    let full = &TREES[0].2;
+    for leaves in [1, 2, 200, 20_145, 30_000] {
         let plant = grown("english-oak", Some(leaves));
         plant.validate().unwrap();
         assert_eq!(plant.leaves.len(), leaves as usize);
         assert_eq!(plant.wood, full.wood);
+    }
+}
+
+#[test]
+fn nothing_but_a_leaning_trunks_rim_reaches_below_the_ground() {
+    for (name, _, plant) in &*TREES {
+        let lowest = plant.aabb().min[1];
+        assert!(lowest > -0.05, "{name} reaches down to {lowest} m");
     }
 }
 
@@ -50,8 +63,7 @@ fn leaf_counts_out_of_range_are_refused_with_the_range() {
 
 #[test]
 fn leaves_hang_on_twigs_and_share_no_edge() {
-    for (name, _) in PAPER_COUNTS {
-        let plant = grown(name, None);
+    for (name, _, plant) in &*TREES {
         let mut edges = HashSet::new();
         for leaf in &plant.leaves {
             let [a, b] = [0, 1].map(|i| Vec3::from(plant.vertices[leaf.vertex_range()][i].position));
@@ -64,7 +76,7 @@ fn leaves_hang_on_twigs_and_share_no_edge() {
             }
         }
         assert_eq!(edges.len(), 5 * plant.leaves.len(), "{name}: four edges and a diagonal each");
-        assert_pivots_touch_wood(name, &plant);
+        assert_pivots_touch_wood(name, plant);
     }
 }
 
@@ -94,7 +106,7 @@ fn distance_to_long_edges(point: Vec3, triangle: &[Vec3; 3]) -> f32 {
 
 #[test]
 fn normals_are_unit_and_those_of_the_cards() {
-    let plant = grown("betula-populifolia", None);
+    let plant = &TREES[2].2;
     for vertex in plant.vertices.iter().chain(&plant.wood.vertices) {
         assert!((Vec3::from(vertex.normal).length() - 1.0).abs() < 1e-4);
     }
@@ -116,8 +128,7 @@ fn the_same_seed_grows_the_same_bytes_and_another_seed_another_tree() {
 
 #[test]
 fn leaf_textures_have_transparent_and_opaque_texels_and_no_dark_fringe() {
-    for (name, _) in PAPER_COUNTS {
-        let plant = grown(name, Some(1));
+    for (name, _, plant) in &*TREES {
         let pixels = plant.textures[0].decode().unwrap();
         let covered = pixels.rgba.chunks(4).filter(|texel| texel[3] >= 128).count();
         let share = covered as f32 / (pixels.width * pixels.height) as f32;
@@ -155,9 +166,8 @@ fn a_species_with_too_many_stems_is_refused_before_it_grows() {
 
 #[test]
 fn glb_passes_full_validation_and_its_accessors_tell_the_truth() {
-    for (name, count) in PAPER_COUNTS {
-        let plant = grown(name, None);
-        let bytes = write_glb(&plant).unwrap();
+    for (_, count, plant) in &*TREES {
+        let bytes = write_glb(plant).unwrap();
         let document = gltf::Gltf::from_slice(&bytes).unwrap();
         let blob = document.blob.as_deref().unwrap();
         let meshes: Vec<_> = document.meshes().collect();
@@ -195,4 +205,25 @@ fn assert_accessors(primitive: &gltf::Primitive, blob: &[u8]) {
 fn glb_of_an_empty_plant_is_still_read() {
     let bytes = write_glb(&Plant::default()).unwrap();
     assert_eq!(gltf::Gltf::from_slice(&bytes).unwrap().meshes().count(), 0);
+}
+
+#[test]
+fn a_grown_glb_is_imported_leaf_by_leaf() {
+    for (name, count, plant) in &*TREES {
+        let bytes = write_glb(plant).unwrap();
+        let imported = load_gltf_bytes(&bytes, Path::new("tree.glb"), &ImportOptions::default()).unwrap().plant;
+        assert_eq!(imported.leaves.len(), *count, "{name}");
+        assert_eq!(imported.wood.triangles(), plant.wood.triangles(), "{name}");
+        for (leaf, (read, grown)) in imported.leaves.iter().zip(&plant.leaves).enumerate() {
+            assert_eq!(corners(&imported, read), corners(plant, grown), "{name}, leaf {leaf}");
+        }
+    }
+}
+
+/// Bits of a leaf's positions, in ascending order.
+fn corners(plant: &Plant, leaf: &LeafGeometry) -> Vec<[u32; 3]> {
+    let mut corners: Vec<_> =
+        plant.vertices[leaf.vertex_range()].iter().map(|vertex| vertex.position.map(f32::to_bits)).collect();
+    corners.sort_unstable();
+    corners
 }

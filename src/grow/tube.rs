@@ -6,11 +6,15 @@
 
 use super::{
     frame::sin_cos,
+    paint::linear,
     species::Species,
     stem::{Node, Stem},
     weber_penn::flare,
 };
-use crate::{leaf::Vertex, plant::Wood};
+use crate::{
+    leaf::Vertex,
+    plant::{Wood, WoodPart},
+};
 use glam::Vec3;
 use std::f32::consts::TAU;
 
@@ -18,34 +22,68 @@ use std::f32::consts::TAU;
 const FOOT_RINGS: [f32; 5] = [0.008, 0.02, 0.04, 0.07, 0.12];
 /// Lobes fade from the foot to this fraction of the trunk.
 const LOBE_HEIGHT: f32 = 0.35;
+/// Radius over `twig_radius_m` from which wood is all bark.
+const FULL_BARK: f32 = 3.0;
 
 /// Appends the tubes of all stems as one part of material `material`.
 pub(super) fn build_wood(species: &Species, stems: &[Stem], material: u32) -> Wood {
-    let mut wood = Wood::default();
+    let mut builder = Builder { species, twig_tint: species.bark.twig_tint.map(linear), wood: Wood::default() };
     for stem in stems {
-        push_tube(&mut wood, species, stem);
+        builder.push_tube(stem);
     }
+    let mut wood = builder.wood;
     let indices = [0, wood.indices.len() as u32];
-    wood.parts.push(crate::plant::WoodPart { indices, material });
+    wood.parts.push(WoodPart { indices, material });
     wood
 }
 
-fn push_tube(wood: &mut Wood, species: &Species, stem: &Stem) {
-    let rings = rings(species, stem);
-    let sides = species.levels[stem.level].sides;
-    let repeats = (TAU * rings[0].radius / species.bark.size_m).round().max(1.0);
-    let first_vertex = wood.vertices.len() as u32;
-    let tip = rings.len() - 1;
-    for (i, ring) in rings[..tip].iter().enumerate() {
-        let slope = (ring.radius - rings[i + 1].radius) / ring.position.distance(rings[i + 1].position).max(1e-6);
-        for side in 0..=sides {
-            wood.vertices.push(ring_vertex(species, stem, ring, side as f32 / sides as f32, repeats, slope));
+struct Builder<'a> {
+    species: &'a Species,
+    /// Linear colour factor on thin twigs.
+    twig_tint: [f32; 3],
+    wood: Wood,
+}
+
+impl Builder<'_> {
+    fn push_tube(&mut self, stem: &Stem) {
+        let rings = rings(self.species, stem);
+        let sides = self.species.levels[stem.level].sides;
+        let repeats = (TAU * rings[0].radius / self.species.bark.size_m).round().max(1.0);
+        let first_vertex = self.wood.vertices.len() as u32;
+        let (tip, along) = (rings[rings.len() - 1], &rings[..rings.len() - 1]);
+        for (ring, next) in along.iter().zip(&rings[1..]) {
+            let slope = (ring.radius - next.radius) / ring.position.distance(next.position).max(1e-6);
+            for side in 0..=sides {
+                self.push_ring_vertex(stem, ring, side as f32 / sides as f32, repeats, slope);
+            }
         }
+        for side in 0..sides {
+            let around = (side as f32 + 0.5) / sides as f32;
+            let normal = outward(&tip, around) + tip.frame.heading;
+            self.push_vertex(stem, &tip, tip.position, normal, around * repeats);
+        }
+        push_indices(&mut self.wood.indices, first_vertex, along.len() as u32, sides);
     }
-    for side in 0..sides {
-        wood.vertices.push(tip_vertex(species, stem, &rings[tip], (side as f32 + 0.5) / sides as f32, repeats));
+
+    /// Vertex of a ring at `around` (0 to 1). The first and last share their place but not their texture coordinate.
+    fn push_ring_vertex(&mut self, stem: &Stem, ring: &Node, around: f32, repeats: f32, slope: f32) {
+        let outward = outward(ring, around);
+        let lobe = if stem.level == 0 { lobe(self.species, ring.t, around) } else { 1.0 };
+        let position = ring.position + outward * ring.radius * lobe;
+        self.push_vertex(stem, ring, position, outward + ring.frame.heading * slope, around * repeats);
     }
-    push_indices(&mut wood.indices, first_vertex, tip as u32, sides);
+
+    fn push_vertex(&mut self, stem: &Stem, ring: &Node, position: Vec3, normal: Vec3, u: f32) {
+        let bark = &self.species.bark;
+        let barkness = ((ring.radius / bark.twig_radius_m - 1.0) / (FULL_BARK - 1.0)).clamp(0.0, 1.0);
+        let [r, g, b] = self.twig_tint.map(|twig| twig + (1.0 - twig) * barkness);
+        self.wood.vertices.push(Vertex {
+            position: position.to_array(),
+            normal: normal.normalize_or(Vec3::Y).to_array(),
+            uv: [u, -ring.t * stem.length / bark.size_m],
+            color: [r, g, b, 1.0],
+        });
+    }
 }
 
 /// The nodes of the tube; a trunk gets [`FOOT_RINGS`] and its flare.
@@ -62,33 +100,6 @@ fn rings(species: &Species, stem: &Stem) -> Vec<Node> {
         }
     }
     rings
-}
-
-/// Vertex of a ring at `around` (0 to 1). The first and last share their place but not their texture coordinate.
-fn ring_vertex(species: &Species, stem: &Stem, ring: &Node, around: f32, repeats: f32, slope: f32) -> Vertex {
-    let outward = outward(ring, around);
-    let lobe = if stem.level == 0 { lobe(species, ring.t, around) } else { 1.0 };
-    let position = ring.position + outward * ring.radius * lobe;
-    let normal = (outward + ring.frame.heading * slope).normalize();
-    vertex(species, stem, ring, position, normal, around * repeats)
-}
-
-fn tip_vertex(species: &Species, stem: &Stem, tip: &Node, around: f32, repeats: f32) -> Vertex {
-    let normal = (outward(tip, around) + tip.frame.heading).normalize();
-    vertex(species, stem, tip, tip.position, normal, around * repeats)
-}
-
-fn vertex(species: &Species, stem: &Stem, ring: &Node, position: Vec3, normal: Vec3, u: f32) -> Vertex {
-    let bark = &species.bark;
-    let barkness = ((ring.radius / bark.twig_radius_m - 1.0) / 2.0).clamp(0.0, 1.0);
-    let tint = bark.twig_tint.map(super::paint::linear);
-    let color = tint.map(|twig| twig + (1.0 - twig) * barkness);
-    Vertex {
-        position: position.to_array(),
-        normal: normal.to_array(),
-        uv: [u, -ring.t * stem.length / bark.size_m],
-        color: [color[0], color[1], color[2], 1.0],
-    }
 }
 
 /// Unit vector from the axis, `around` of a full turn from the frame's side.

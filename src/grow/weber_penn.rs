@@ -31,13 +31,19 @@ const FORK_THINNING: f32 = 0.85;
 const LEAST_RADIUS_M: f32 = 0.0015;
 /// Children keep at least this part of the even distance to the next one.
 const CHILD_JITTER: f32 = 0.35;
+/// Stems turn level before they come nearer to the ground than this part of the tree's height.
+const GROUND_CLEARANCE: f32 = 0.13;
 /// Trunks of one root start this many trunk radii from its centre.
 const TRUNK_SPREAD: f32 = 1.4;
 
 /// A stem that is still to be grown.
+#[derive(Clone, Copy)]
 struct Shoot {
     level: usize,
+    /// Its first node; an arm of a fork starts on the very ring below the fork.
     node: Node,
+    /// Where it grows from there.
+    frame: Frame,
     length_m: f32,
     foot_radius_m: f32,
     /// Length over the parent's, over the greatest that the species allows: thins out a short limb's branches.
@@ -93,7 +99,7 @@ impl Grower<'_> {
             }
             let node = Node { position, frame, radius: foot_radius_m, t: 0.0 };
             let seed = random.bits();
-            self.pending.push(Shoot { level: 0, node, length_m, foot_radius_m, relative_length: 1.0, seed });
+            self.pending.push(Shoot { level: 0, node, frame, length_m, foot_radius_m, relative_length: 1.0, seed });
         }
     }
 
@@ -114,9 +120,13 @@ impl Grower<'_> {
         let mut node = shoot.node;
         let mut foot_radius_m = shoot.foot_radius_m;
         let mut nodes = vec![node];
+        node.frame = shoot.frame;
         let first = (shoot.node.t * segments as f32 + 0.5) as u32;
         for segment in first..segments {
             node.frame = bent(node.frame, level, segment, random);
+            if shoot.level > 0 {
+                node.frame = self.kept_off_the_ground(node, step_m);
+            }
             node.position += node.frame.heading * step_m;
             node.t = (segment + 1) as f32 / segments as f32;
             node.radius = self.radius_m(shoot.level, foot_radius_m, node.t);
@@ -128,6 +138,16 @@ impl Grower<'_> {
             }
         }
         Stem { level: shoot.level, length: shoot.length_m, nodes }
+    }
+
+    /// The node's frame, levelled where the next step would lead below [`GROUND_CLEARANCE`].
+    fn kept_off_the_ground(&self, node: Node, step_m: f32) -> Frame {
+        let lowest = GROUND_CLEARANCE * self.species.crown.height_m;
+        let heading = node.frame.heading;
+        if heading.y < 0.0 && node.position.y + heading.y * step_m < lowest {
+            return node.frame.lifted(-libm::asinf(heading.y.max(-1.0)));
+        }
+        node.frame
     }
 
     /// Number of arms after a segment, by error diffusion: `splits` more than one on average, evenly spread.
@@ -148,9 +168,9 @@ impl Grower<'_> {
             node.frame.turned(axis, 0.5 * angle.to_radians())
         };
         for arm in 1..arms {
-            let node = Node { frame: arm_frame(arm, random), ..node };
+            let frame = arm_frame(arm, random);
             let seed = random.bits();
-            self.pending.push(Shoot { node, foot_radius_m, seed, ..*shoot });
+            self.pending.push(Shoot { node, frame, foot_radius_m, seed, ..*shoot });
         }
         arm_frame(0, random)
     }
@@ -185,6 +205,7 @@ impl Grower<'_> {
             self.pending.push(Shoot {
                 level: stem.level + 1,
                 node: Node { frame, radius: foot_radius_m, t: 0.0, ..node },
+                frame,
                 length_m,
                 foot_radius_m,
                 relative_length: length_m / (stem.length * child.length),

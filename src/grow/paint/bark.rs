@@ -16,7 +16,7 @@ const SCARS: u32 = 2;
 /// RGB bytes, rows from the top.
 pub(super) fn paint(style: &BarkStyle, seed: u64) -> Vec<u8> {
     let (light, dark) = (unit_color(style.color), unit_color(style.color_dark));
-    let marks = papery_marks(seed);
+    let marks = Marks::new(seed);
     let color = |x: f32, y: f32| match style.pattern {
         BarkPattern::Furrowed => mixed(dark, light, furrowed(x, y, seed)),
         BarkPattern::Scaly => mixed(dark, light, scaly(x, y, seed)),
@@ -29,50 +29,73 @@ pub(super) fn paint(style: &BarkStyle, seed: u64) -> Vec<u8> {
 
 /// 0 in a furrow, 1 on a ridge: upright furrows that part and meet.
 fn furrowed(x: f32, y: f32, seed: u64) -> f32 {
-    let bend = 0.06 * (noise(x, y, [3, 3], seed ^ 1) - 0.5);
-    let ridge = (noise(x + bend, y, [14, 3], seed) - 0.5).abs() * 2.0;
-    let crack = (noise(x + bend, y, [20, 9], seed ^ 2) - 0.5).abs() * 2.0;
-    let grain = noise(x, y, [64, 64], seed ^ 3);
-    (smooth(0.02, 0.42, ridge) * (0.75 + 0.25 * smooth(0.0, 0.3, crack)) * (0.72 + 0.28 * grain)).min(1.0)
+    let bend = 0.05 * (noise(x, y, [4, 5], seed ^ 1) - 0.5);
+    let ridge = (noise(x + bend, y, [18, 3], seed) - 0.5).abs() * 2.0;
+    let crack = (noise(x + bend, y, [26, 12], seed ^ 2) - 0.5).abs() * 2.0;
+    let grain = noise(x, y, [96, 40], seed ^ 3);
+    let tone = noise(x, y, [9, 7], seed ^ 4);
+    smooth(0.0, 0.5, ridge) * (0.55 + 0.45 * smooth(0.0, 0.35, crack)) * (0.55 + 0.25 * grain + 0.2 * tone)
 }
 
 /// Narrow flat ridges, broken across into scales.
 fn scaly(x: f32, y: f32, seed: u64) -> f32 {
-    let bend = 0.04 * (noise(x, y, [4, 4], seed ^ 1) - 0.5);
-    let ridge = (noise(x + bend, y, [12, 4], seed) - 0.5).abs() * 2.0;
-    let across = (noise(x, y + bend, [8, 16], seed ^ 2) - 0.5).abs() * 2.0;
-    let grain = noise(x, y, [90, 40], seed ^ 3);
+    let bend = 0.05 * (noise(x, y, [5, 6], seed ^ 1) - 0.5);
+    let ridge = (noise(x + bend, y, [16, 5], seed) - 0.5).abs() * 2.0;
+    let across = (noise(x, y + bend, [14, 22], seed ^ 2) - 0.5).abs() * 2.0;
+    let grain = noise(x, y, [110, 48], seed ^ 3);
     let tone = noise(x, y, [10, 8], seed ^ 4);
-    smooth(0.0, 0.22, ridge) * (0.6 + 0.4 * smooth(0.0, 0.18, across)) * (0.62 + 0.2 * grain + 0.18 * tone)
+    smooth(0.0, 0.35, ridge) * (0.65 + 0.35 * smooth(0.0, 0.3, across)) * (0.5 + 0.25 * grain + 0.25 * tone)
 }
 
-/// A level mark: middle, half width, half height.
+/// A mark: middle, half width, half height.
 type Mark = [f32; 4];
 
-fn papery_marks(seed: u64) -> Vec<Mark> {
-    let random = &mut Random::new(seed ^ 5);
-    let mut mark = |half_width: f32, half_height: f32| {
-        let size = 0.4 + random.unit();
-        [random.unit(), random.unit(), half_width * size, half_height]
-    };
-    let lenticels = (0..LENTICELS).map(|_| mark(0.035, 0.0035)).collect::<Vec<_>>();
-    let scars = (0..SCARS).map(|_| mark(0.16, 0.055));
-    scars.chain(lenticels).collect()
+/// The dark marks of papery bark.
+struct Marks {
+    /// Short level lines.
+    lenticels: Vec<Mark>,
+    /// Triangles below branches.
+    scars: Vec<Mark>,
 }
 
-fn papery(x: f32, y: f32, seed: u64, marks: &[Mark], light: [f32; 3], dark: [f32; 3]) -> [f32; 3] {
+impl Marks {
+    fn new(seed: u64) -> Self {
+        let random = &mut Random::new(seed ^ 5);
+        let mut mark = |half_width: f32, half_height: f32| {
+            let size = 0.4 + random.unit();
+            [random.unit(), random.unit(), half_width * size, half_height * size.sqrt()]
+        };
+        let lenticels = (0..LENTICELS).map(|_| mark(0.035, 0.0035)).collect();
+        let scars = (0..SCARS).map(|_| mark(0.15, 0.07)).collect();
+        Self { lenticels, scars }
+    }
+
+    /// How dark the marks make the place, 0 to 1.
+    fn darkness(&self, x: f32, y: f32) -> f32 {
+        let lenticel = |mark: &Mark| {
+            let [across, along] = from_middle(x, y, mark);
+            1.0 - smooth(0.5, 1.0, across * across + along * along)
+        };
+        let scar = |mark: &Mark| {
+            let [across, along] = from_middle(x, y, mark);
+            // An apex above, a ragged lower edge.
+            let inside = 0.5 + 0.5 * along - across.abs();
+            if along < 1.0 { smooth(0.0, 0.15, inside) * smooth(1.0, 0.6, along) } else { 0.0 }
+        };
+        let lenticels = self.lenticels.iter().map(lenticel);
+        lenticels.chain(self.scars.iter().map(scar)).fold(0.0, f32::max)
+    }
+}
+
+fn papery(x: f32, y: f32, seed: u64, marks: &Marks, light: [f32; 3], dark: [f32; 3]) -> [f32; 3] {
     let tone = 0.86 + 0.1 * noise(x, y, [4, 10], seed) + 0.06 * noise(x, y, [24, 64], seed ^ 1);
-    let base = shaded(light, tone);
-    let darkest = marks.iter().map(|mark| inside_mark(x, y, mark)).fold(0.0, f32::max);
-    mixed(base, dark, 0.85 * darkest)
+    mixed(shaded(light, tone), dark, 0.85 * marks.darkness(x, y))
 }
 
-/// 1 inside a mark, soft at its rim; marks reach over the texture's edge.
-fn inside_mark(x: f32, y: f32, &[mark_x, mark_y, half_width, half_height]: &Mark) -> f32 {
+/// Distance from a mark's middle across and down, in its half sizes; marks reach over the texture's edge.
+fn from_middle(x: f32, y: f32, &[mark_x, mark_y, half_width, half_height]: &Mark) -> [f32; 2] {
     let wrapped = |distance: f32| distance - distance.round();
-    let across = wrapped(x - mark_x) / half_width;
-    let along = wrapped(y - mark_y) / half_height;
-    1.0 - smooth(0.5, 1.0, across * across + along * along)
+    [wrapped(x - mark_x) / half_width, wrapped(y - mark_y) / half_height]
 }
 
 /// Value noise from 0 to 1 with `cells` lattice cells per repeat, smooth between them.

@@ -8,7 +8,7 @@ use glam::Vec2;
 use std::f32::consts::TAU;
 
 /// Lobes on each side of an oak leaf.
-const OAK_LOBES: f32 = 4.6;
+const OAK_LOBES: f32 = 4.0;
 /// Teeth on each side of a birch leaf.
 const BIRCH_TEETH: f32 = 11.0;
 /// Side veins on each side of a birch leaf.
@@ -18,61 +18,57 @@ const PECAN_VEINS: f32 = 12.0;
 /// How much lighter veins are than the blade.
 const VEIN_LIGHT: f32 = 1.32;
 
-/// Colour of an oak leaf (Quercus robur: obovate, four to five round lobes a side) at `p`, `None` outside of it.
+/// Colour of an oak leaf (Quercus robur: broadest above the middle, four to five round lobes a side) at `p`, `None`
+/// outside of it.
 pub(super) fn oak(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
     let across = p.x.abs();
-    // Lobes point forwards: their axes rise with the distance from the midrib.
-    let y = p.y - 0.42 * across;
-    if !(0.0..1.0).contains(&p.y) || y < 0.0 {
+    if !(0.0..1.0).contains(&p.y) || across > 0.4 {
         return None;
     }
-    let phase = OAK_LOBES * y * (1.12 - 0.12 * y) - 0.42;
-    let wave = 0.5 + 0.5 * sin_cos(TAU * phase + 0.25 * TAU).0;
-    let outline = 0.5 * libm::powf((y * (1.0 - y)).max(0.0), 0.62) * (0.42 + 1.05 * y);
-    let half_width = outline * (0.56 + 0.44 * libm::powf(wave, 0.7)) + 0.004;
-    let round_tip = p.y < 0.985;
-    if across > half_width || !round_tip {
+    // Lobes point forwards, less so at the rounded tip.
+    let y = p.y - 0.40 * across * (1.0 - p.y * p.y);
+    let outline = (y * (1.0 - y)).max(0.0).sqrt() * (0.24 + 0.60 * y);
+    let phase = OAK_LOBES * (y - 1.0);
+    let wave = 0.5 + 0.5 * sin_cos(TAU * (phase + 0.25)).0;
+    let half_width = outline * (0.58 + 0.42 * wave.sqrt()) + 0.004;
+    if across > half_width {
         return None;
     }
-    let vein = vein(across, 0.017 * (1.0 - 0.8 * p.y), wave_vein(phase, 0.10 - 0.12 * across));
+    let vein = vein(across, 0.020 * (1.0 - 0.8 * p.y), wave_vein(phase, 0.10 - 0.15 * across));
     Some(finished(color, vein, p.x, across / half_width))
 }
 
-/// Colour of a pecan leaflet (lance-shaped, curved, finely toothed) at `p`.
+/// Colour of a pecan leaflet (lance-shaped, finely toothed, drawn out to its tip) at `p`.
 pub(super) fn pecan(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
-    let y = p.y;
-    if !(0.0..1.0).contains(&y) {
+    let (across, y) = (p.x.abs(), p.y);
+    if !(0.0..1.0).contains(&y) || across > 0.2 {
         return None;
     }
-    // The broad part lies below the middle, the tip is drawn out.
-    let outline = 0.62 * libm::powf(y, 0.62) * libm::powf(1.0 - y, 1.05);
-    let across = p.x.abs();
-    let teeth = 1.0 - 0.05 * (18.0 * y).fract();
+    let outline = 0.40 * (y * (1.0 - y)).sqrt() * (1.18 - 0.75 * y);
+    let teeth = 1.0 - 0.06 * (20.0 * y).fract();
     if across > outline * teeth {
         return None;
     }
-    let phase = PECAN_VEINS * (y - 0.45 * across);
-    let vein = vein(across, 0.022 * (1.0 - y), wave_vein(phase, 0.09));
+    let vein = vein(across, 0.022 * (1.0 - y), wave_vein(PECAN_VEINS * (y - 0.6 * across), 0.09));
     Some(finished(color, vein, p.x, across / outline.max(1e-3)))
 }
 
-/// Colour of a gray birch leaf (triangular, flat foot, long point, double teeth) at `p`.
+/// Colour of a gray birch leaf (triangular, nearly flat foot with round corners, long point, double teeth) at `p`.
 pub(super) fn birch(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
-    let y = p.y;
-    if !(0.0..1.0).contains(&y) {
-        return None;
-    }
-    let foot = smooth(-0.02, 0.16, y);
-    let taper = libm::powf(1.0 - y, 1.35) + 0.05 * (1.0 - y);
-    let outline = 0.44 * foot * taper;
     let across = p.x.abs();
-    let tooth = (BIRCH_TEETH * y).fract();
-    let small_tooth = (3.0 * BIRCH_TEETH * y).fract();
-    if across > outline * (1.06 - 0.16 * tooth - 0.05 * small_tooth) {
+    if !(0.0..1.0).contains(&p.y) || across > 0.46 {
         return None;
     }
-    let phase = BIRCH_VEINS * (y - 0.55 * across);
-    let vein = vein(across, 0.02 * (1.0 - y), wave_vein(phase, 0.08));
+    // The foot rises a little towards its corners.
+    let y = p.y - 0.10 * across;
+    let above = (1.0 - y).clamp(0.0, 1.0);
+    let corner = (1.0 - (1.0 - y / 0.17).max(0.0) * (1.0 - y / 0.17).max(0.0)).max(0.0).sqrt();
+    let outline = corner * above * (0.10 + 0.46 * above.sqrt() * (0.75 + 0.25 * above));
+    let teeth = 1.05 - 0.15 * (BIRCH_TEETH * y).rem_euclid(1.0) - 0.05 * (3.0 * BIRCH_TEETH * y).rem_euclid(1.0);
+    if y < 0.0 || across > outline * teeth {
+        return None;
+    }
+    let vein = vein(across, 0.02 * above, wave_vein(BIRCH_VEINS * (p.y - 0.55 * across), 0.08));
     Some(finished(color, vein, p.x, across / outline.max(1e-3)))
 }
 

@@ -8,14 +8,16 @@ use crate::grow::{
 };
 use glam::Vec2;
 
-/// Leaves of an oak spray; English oak crowds them at the shoot's end.
-const OAK_LEAVES: u32 = 9;
+/// Leaves of each shoot of an oak spray; English oak crowds them at the shoot's end.
+const OAK_LEAVES: u32 = 7;
 /// Leaves of a birch spray.
-const BIRCH_LEAVES: u32 = 9;
-/// Compound leaves of a pecan spray.
-const PECAN_LEAVES: u32 = 3;
+const BIRCH_LEAVES: u32 = 11;
+/// Compound leaves of a pecan spray: lean in radians, length and light.
+const PECAN_LEAVES: [(f32, f32, f32); 3] = [(-0.50, 0.70, 0.86), (0.46, 0.72, 0.93), (-0.02, 0.80, 1.03)];
 /// Pairs of leaflets of a pecan leaf, besides the one at its end (nine to seventeen leaflets in nature).
 const PECAN_PAIRS: u32 = 6;
+/// Straight pieces of a compound leaf's bowed stalk.
+const STALK_PIECES: u32 = 6;
 /// Young shoots and stalks, sRGB.
 const STALK: [f32; 3] = [0.40, 0.38, 0.20];
 /// Stalks of the gray birch's drooping twigs, sRGB.
@@ -44,69 +46,74 @@ pub(super) fn paint(canvas: &mut Canvas, style: &LeafStyle, seed: u64) {
     }
 }
 
+/// Three shoots, each with its leaves crowded about its end.
 fn paint_oak(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
-    let end = Vec2::new(0.02, 0.50);
-    stroke(canvas, Vec2::ZERO, end, [0.016, 0.009], STALK);
-    for i in 0..OAK_LEAVES {
-        let share = i as f32 / (OAK_LEAVES - 1) as f32;
-        let foot = end * (0.22 + 0.78 * share);
-        let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-        let angle = side * (1.55 - 1.25 * share) + 0.12 * random.signed();
-        let length = random.vary(0.44, 0.04);
-        let leaf = Placed { foot, angle, length, bend: -0.10 * side, shade: shade(share, random) };
-        leaf.paint(canvas, color, blade::oak);
+    let shoots = [
+        (Vec2::new(0.0, 0.10), Vec2::new(-0.18, 0.38), -0.80),
+        (Vec2::new(0.0, 0.18), Vec2::new(0.19, 0.48), 0.75),
+        (Vec2::ZERO, Vec2::new(0.01, 0.65), -0.05),
+    ];
+    for (number, (foot, end, angle)) in shoots.into_iter().enumerate() {
+        stroke(canvas, foot, end, [0.016, 0.009], STALK);
+        let light = 0.84 + 0.08 * number as f32;
+        for i in 0..OAK_LEAVES {
+            // From the sides inwards: the middle leaf lies on top.
+            let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let share = 1.0 - i as f32 / (OAK_LEAVES - 1) as f32;
+            let turn = angle + side * 1.75 * share + 0.14 * random.signed();
+            let foot = end - (end - foot) * 0.32 * share;
+            let shade = light * random.vary(1.0 - 0.12 * share, 0.06);
+            let length = random.vary(0.33, 0.02);
+            Placed { foot, angle: turn, length, bend: -0.10 * side, shade }.paint(canvas, color, blade::oak);
+        }
     }
-    let last = Placed { foot: end, angle: 0.06, length: 0.48, bend: 0.03, shade: 1.05 };
-    last.paint(canvas, color, blade::oak);
 }
 
+/// Leaves by turns along the drooping shoot, each on its stalk.
 fn paint_birch(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
     let end = Vec2::new(-0.02, 0.72);
     stroke(canvas, Vec2::ZERO, end, [0.012, 0.006], BIRCH_TWIG);
     for i in 0..BIRCH_LEAVES {
         let share = i as f32 / (BIRCH_LEAVES - 1) as f32;
-        let node = end * (0.12 + 0.88 * share);
+        let node = end * (0.16 + 0.84 * share);
         let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-        let angle = side * (1.35 - 0.75 * share) + 0.15 * random.signed();
-        let foot = node + direction(angle) * 0.07;
+        let angle = side * (1.30 - 0.75 * share) + 0.15 * random.signed();
+        let foot = node + direction(angle) * 0.08;
         stroke(canvas, node, foot, [0.006, 0.004], STALK);
         let length = random.vary(0.30, 0.03);
         let leaf = Placed { foot, angle: 0.85 * angle, length, bend: 0.08 * side, shade: shade(share, random) };
         leaf.paint(canvas, color, blade::birch);
     }
-    let last = Placed { foot: end, angle: -0.1, length: 0.27, bend: 0.04, shade: 1.05 };
+    let last = Placed { foot: end, angle: -0.1, length: 0.25, bend: 0.04, shade: 1.05 };
     last.paint(canvas, color, blade::birch);
 }
 
+/// Compound leaves fanned out, the middle one on top.
 fn paint_pecan(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
-    for i in 0..PECAN_LEAVES {
-        let lean = [-0.62, 0.58, -0.03][i as usize % 3];
-        let length = [0.74, 0.76, 0.80][i as usize % 3];
-        paint_compound_leaf(canvas, shaded(color, [0.88, 0.95, 1.03][i as usize % 3]), lean, length, random);
+    for (lean, length, light) in PECAN_LEAVES {
+        paint_compound_leaf(canvas, shaded(color, light), lean, length, random);
     }
 }
 
 /// Leaflets in pairs along a stalk that bows outwards.
 fn paint_compound_leaf(canvas: &mut Canvas, color: [f32; 3], lean: f32, length: f32, random: &mut Random) {
-    let at = |share: f32| {
-        let angle = lean * (0.45 + 0.55 * share);
-        direction(angle) * length * share
-    };
+    let at = |share: f32| direction(lean * (0.6 + 0.4 * share)) * length * share;
+    for piece in 0..STALK_PIECES {
+        let [from, to] = [piece, piece + 1].map(|i| i as f32 / STALK_PIECES as f32);
+        stroke(canvas, at(from), at(to), [0.013 - 0.006 * from, 0.013 - 0.006 * to], STALK);
+    }
     for pair in 0..PECAN_PAIRS {
-        let share = 0.30 + 0.70 * pair as f32 / PECAN_PAIRS as f32;
-        stroke(canvas, at(share - 0.15), at(share), [0.009, 0.008], STALK);
-        stroke(canvas, Vec2::ZERO, at(0.15), [0.012, 0.009], STALK);
+        let share = 0.24 + 0.74 * pair as f32 / PECAN_PAIRS as f32;
         for side in [-1.0, 1.0] {
-            let angle = lean + side * random.vary(1.05 - 0.35 * share, 0.06);
+            let angle = lean + side * random.vary(1.12 - 0.45 * share, 0.07);
             // Leaflets grow towards the end of the leaf.
-            let leaflet = length * (0.20 + 0.13 * share) * random.vary(1.0, 0.06);
+            let leaflet = length * (0.25 + 0.13 * share) * random.vary(1.0, 0.06);
             let shade = shade(share, random);
-            let placed = Placed { foot: at(share), angle, length: leaflet, bend: -0.22 * side, shade };
+            let placed = Placed { foot: at(share), angle, length: leaflet, bend: -0.20 * side, shade };
             placed.paint(canvas, color, blade::pecan);
         }
     }
-    stroke(canvas, at(0.85), at(1.0), [0.008, 0.006], STALK);
-    let last = Placed { foot: at(1.0), angle: lean, length: 0.28 * length, bend: 0.05, shade: 1.05 };
+    let last = Placed { foot: at(1.0), angle: lean, length: 0.26 * length, bend: 0.05, shade: 1.05 };
     last.paint(canvas, color, blade::pecan);
 }
 
