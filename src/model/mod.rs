@@ -122,14 +122,29 @@ impl FoliageModel {
         self.indices.len() / 3
     }
 
-    /// Box around the wood and every leaf at every scale that it is drawn with, whatever the active count. O(vertices).
+    /// Box around foliage and wood at full detail: the plant's own. O(vertices).
     pub fn aabb(&self) -> Aabb {
+        Aabb::of_points(self.positions())
+    }
+
+    /// Sphere around foliage and wood at full detail: the plant's own, to which distances refer. O(vertices).
+    pub fn sphere(&self) -> Sphere {
+        Sphere::of_points(self.positions())
+    }
+
+    /// Box around the wood and every leaf at every scale that it is drawn with: what culling needs, whatever the active
+    /// count. O(vertices).
+    pub fn enlarged_aabb(&self) -> Aabb {
         Aabb::of_points(self.reach())
     }
 
     /// Sphere around the wood and every leaf at every scale that it is drawn with. O(vertices).
-    pub fn sphere(&self) -> Sphere {
+    pub fn enlarged_sphere(&self) -> Sphere {
         Sphere::of_points(self.reach())
+    }
+
+    fn positions(&self) -> impl Iterator<Item = [f32; 3]> + Clone {
+        self.vertices.iter().chain(&self.wood.vertices).map(|vertex| vertex.position)
     }
 
     /// Largest scale that each leaf is drawn with at any active count. O(leaves).

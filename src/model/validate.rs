@@ -70,7 +70,7 @@ impl FoliageModel {
     }
 
     fn check_reach(&self) -> Checked {
-        let reach = self.aabb();
+        let reach = self.enlarged_aabb();
         let finite = reach.min.iter().chain(&reach.max).all(|x| x.is_finite());
         check(12, finite, || format!("leaves enlarged by at most {} reach {reach:?}", self.max_scale))
     }
@@ -229,9 +229,9 @@ mod tests {
     }
 
     #[test]
-    fn bounds_contain_every_leaf_at_every_active_count() {
+    fn enlarged_bounds_contain_every_leaf_at_every_active_count() {
         let model = samples::model(9);
-        let (aabb, sphere) = (model.aabb(), model.sphere());
+        let (aabb, sphere) = (model.enlarged_aabb(), model.enlarged_sphere());
         let timeline = crate::model::Timeline::new(&model);
         for n in 0..=9 {
             for (i, leaf) in model.leaves.iter().enumerate().take(n as usize) {
