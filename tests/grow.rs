@@ -13,6 +13,9 @@ use std::{collections::HashSet, path::Path, sync::LazyLock};
 /// The counts of Gasch et al., "Multiresolution Foliage Rendering".
 const PAPER_COUNTS: [(&str, usize); 3] =
     [("english-oak", 20_146), ("carya-illinoinensis", 8_059), ("betula-populifolia", 12_140)];
+/// CRC-32 of leaf and wood vertices of the embedded trees, on x86-64.
+const VERTEX_SUMS: [(u32, u32); 3] =
+    [(0x03E2_1132, 0xD0AC_B546), (0x8D01_4500, 0x5B24_8C26), (0xA183_93BB, 0xDCB6_BA2F)];
 /// The text of a species to be spoilt.
 const OAK: &str = include_str!("../data/species/english-oak.toml");
 
@@ -162,6 +165,47 @@ fn a_species_with_too_many_stems_is_refused_before_it_grows() {
     species.levels.iter_mut().for_each(|level| level.branches = 500);
     let error = grow(&species, &GrowOptions::default()).unwrap_err().to_string();
     assert!(error.contains("number of stems is") && error.contains("limit of 100000"), "{error}");
+}
+
+#[test]
+fn species_at_the_ends_of_their_ranges_grow_sound_plants() {
+    use foliage_lod::grow::Shape::*;
+    let oak = Species::embedded("english-oak").unwrap();
+    let shapes = [Conical, Spherical, Hemispherical, Cylindrical, TaperedCylindrical, Flame, InverseConical, TendFlame];
+    for (i, shape) in shapes.into_iter().enumerate() {
+        let mut species = oak.clone();
+        species.crown.shape = shape;
+        species.crown.trunks = 1 + i as u32;
+        species.leaf.levels = 1 + i as u32 % 4;
+        species.levels.truncate(2 + i % 3);
+        species.leaf.levels = species.leaf.levels.min(species.levels.len() as u32);
+        species.levels.iter_mut().for_each(|level| {
+            level.branches = i as u32 / 2;
+            level.segments = 1 + i as u32;
+            level.lift = -360.0 + 90.0 * i as f32;
+        });
+        let plant = grow(&species, &GrowOptions { leaves: Some(50), seed: None }).unwrap();
+        plant.validate().unwrap();
+        assert_eq!(plant.leaves.len(), 50);
+    }
+}
+
+#[test]
+fn a_species_changed_out_of_range_is_refused_not_grown() {
+    let mut oak = Species::embedded("english-oak").unwrap();
+    oak.levels.clear();
+    let error = grow(&oak, &GrowOptions::default()).unwrap_err();
+    assert_eq!(error.to_string(), "English oak: levels is 0; give 2 to 4");
+}
+
+/// Holds on every machine: all arithmetic that places a vertex is plain or `libm`'s. A changed species file changes it.
+#[test]
+fn every_machine_grows_the_same_vertices() {
+    let sums = TREES.iter().map(|(_, _, plant)| {
+        let leaves = crc32fast::hash(bytemuck::cast_slice(&plant.vertices));
+        (leaves, crc32fast::hash(bytemuck::cast_slice(&plant.wood.vertices)))
+    });
+    assert_eq!(sums.collect::<Vec<_>>(), VERTEX_SUMS);
 }
 
 #[test]

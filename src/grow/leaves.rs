@@ -17,6 +17,10 @@ use glam::Vec3;
 const SIZE_FACTOR: [f32; 2] = [0.25, 3.0];
 /// Leaves keep at least this part of the even distance to the next one.
 const SPACING_JITTER: f32 = 0.4;
+/// Random turn of a leaf about its twig, either way, in degrees.
+const ROLL_JITTER: f32 = 40.0;
+/// Light comes from outside the crown so much more than from above: leaves at its sides face the open.
+const OUTWARD_LIGHT: f32 = 1.5;
 /// Corners of the two triangles of a card.
 const CARD: [u32; 6] = [0, 1, 2, 0, 2, 3];
 /// Separates the stream of the leaves from the stems'.
@@ -53,8 +57,10 @@ pub(super) fn push_leaves(plant: &mut Plant, species: &Species, stems: &[Stem], 
     }
 }
 
+/// Stems of the thinnest levels; those of the thinnest level there is where a species has put forth none.
 fn bearing_twigs<'a>(species: &Species, stems: &'a [Stem]) -> Vec<Twig<'a>> {
-    let first_level = species.levels.len() - species.leaf.levels as usize;
+    let thinnest = stems.iter().map(|stem| stem.level).max().unwrap_or(0);
+    let first_level = thinnest.min(species.levels.len() - species.leaf.levels as usize);
     let mut end_m = 0.0;
     let bearing = stems.iter().filter(|stem| stem.level >= first_level);
     bearing
@@ -94,14 +100,14 @@ impl<'a> Foliage<'a> {
     /// The `on_twig`-th card of a twig, attached at `node`: its corners and the middle of its foot.
     fn card(&self, node: &Node, on_twig: u32, random: &mut Random) -> ([Vertex; 4], [f32; 3]) {
         let style = self.style;
-        let roll = (style.rotate * on_twig as f32 + 40.0 * random.signed()).to_radians();
+        let roll = (style.rotate * on_twig as f32 + ROLL_JITTER * random.signed()).to_radians();
         let down = random.vary(style.down_angle, style.down_angle_v).to_radians();
         let rolled = node.frame.rolled(roll);
         let radial = rolled.side.cross(rolled.heading);
         let foot = node.position + radial * node.radius;
         let heading = rolled.pitched(down).heading;
         let heading = (heading - Vec3::Y * style.droop).normalize_or(heading);
-        let light = (Vec3::Y + 1.5 * (foot - self.center).normalize_or_zero()).normalize_or(Vec3::Y);
+        let light = (Vec3::Y + OUTWARD_LIGHT * (foot - self.center).normalize_or_zero()).normalize_or(Vec3::Y);
         let facing = light * style.light + random_direction(random) * (1.0 - style.light);
         let normal = (facing - heading * facing.dot(heading)).normalize_or(heading.any_orthonormal_vector());
         let length_m = self.length_m * random.vary(1.0, style.length_v);

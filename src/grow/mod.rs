@@ -43,8 +43,8 @@ pub struct GrowOptions {
 /// Grows a tree: leaves of two triangles each, their pivot on the twig, foot at the origin.
 ///
 /// # Errors
-/// [`InvalidOption`](Error::InvalidOption) for a leaf count out of range; [`TooLarge`](Error::TooLarge) for a species
-/// with too many stems.
+/// [`InvalidOption`](Error::InvalidOption) for a leaf count out of range; those of [`Species::validate`];
+/// [`TooLarge`](Error::TooLarge) for a species with too many stems.
 pub fn grow(species: &Species, options: &GrowOptions) -> Result<Plant> {
     let count = options.leaves.unwrap_or(species.leaves);
     if !(1..=MAX_GROWN_LEAVES).contains(&count) {
@@ -54,6 +54,7 @@ pub fn grow(species: &Species, options: &GrowOptions) -> Result<Plant> {
             allowed: format!("1 to {MAX_GROWN_LEAVES}"),
         });
     }
+    species.validate()?;
     let seed = options.seed.unwrap_or(species.seed);
     let stems = weber_penn::grow_stems(species, seed)?;
     let mut plant = Plant {

@@ -239,4 +239,12 @@ impl Species {
         check_ranges(&species).map_err(|(reason, fix)| Error::unreadable(origin, reason, fix))?;
         Ok(species)
     }
+
+    /// Checks the range of every number, for a species that was made or changed by hand.
+    ///
+    /// # Errors
+    /// [`Unreadable`](Error::Unreadable), with the species' name as the path, for the first number out of its range.
+    pub fn validate(&self) -> Result<()> {
+        check_ranges(self).map_err(|(reason, fix)| Error::unreadable(&self.name, reason, fix))
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! After Jason Weber and Joseph Penn, "Creation and Rendering of Realistic Trees", SIGGRAPH 1995: stems in levels, each
 //! with its own numbers (section 4.1: curve, forks; 4.2: angles of forks; 4.3: children, their count, length and angle;
-//! 4.4: radius, taper, flare; 4.6 and 4.8: the pull towards the light).
+//! 4.4: radius, taper, flare; 4.8: the pull towards the light).
 //!
 //! Where we differ:
 //! - The random part of the curve bends about a random axis, not only in the plane of the curve: limbs become gnarled.
@@ -29,6 +29,8 @@ pub(super) const MAX_STEMS: usize = 100_000;
 const FORK_THINNING: f32 = 0.85;
 /// No stem is thinner, in metres: it would be nothing but a shimmer in any picture.
 const LEAST_RADIUS_M: f32 = 0.0015;
+/// No stem is shorter, in metres: some shapes give the highest limbs no length at all.
+const LEAST_LENGTH_M: f32 = 0.001;
 /// Children keep at least this part of the even distance to the next one.
 const CHILD_JITTER: f32 = 0.35;
 /// Stems turn level before they come nearer to the ground than this part of the tree's height.
@@ -175,7 +177,7 @@ impl Grower<'_> {
         arm_frame(0, random)
     }
 
-    /// Radius at `t` (section 4.4: taper, and the flare of the trunk).
+    /// Radius at `t` (section 4.4), without the trunk's [`flare`].
     fn radius_m(&self, level: usize, foot_radius_m: f32, t: f32) -> f32 {
         (foot_radius_m * (1.0 - self.species.levels[level].taper * t)).max(LEAST_RADIUS_M)
     }
@@ -198,6 +200,7 @@ impl Grower<'_> {
                 0 => stem.length * greatest * crown.shape.ratio(height),
                 _ => greatest * (stem.length - 0.6 * node.t * stem.length),
             };
+            let length_m = length_m.max(LEAST_LENGTH_M);
             let down = down_angle(child, height, random);
             let shrunk = libm::powf(length_m / stem.length, crown.ratio_power);
             let foot_radius_m = (shoot.foot_radius_m * shrunk).clamp(LEAST_RADIUS_M, node.radius.max(LEAST_RADIUS_M));
