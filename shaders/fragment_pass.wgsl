@@ -5,11 +5,8 @@
 
 struct Params {
     resolution: u32,
-    // Number of the first triangle of this draw within its view.
-    first_triangle: u32,
     // Entries that fit; the count goes on beyond it.
     capacity: u32,
-    padding: u32,
 }
 
 struct AlphaTest {
@@ -45,50 +42,75 @@ struct Fragments {
 
 struct Corner {
     @builtin(position) clip: vec4<f32>,
+    // Number of the triangle within its view.
     @location(0) @interpolate(flat) triangle: u32,
 }
 
 @vertex
-fn corner(@builtin(vertex_index) index: u32, @location(0) clip_xy: vec2<f32>) -> Corner {
-    return Corner(vec4(clip_xy, 0.5, 1.0), index / 3u);
+fn corner(@location(0) clip_xy: vec2<f32>, @location(1) triangle: u32) -> Corner {
+    return Corner(vec4(clip_xy, 0.5, 1.0), triangle);
 }
 
 @fragment
-fn append(input: Corner) {
-    let pixel = vec2<u32>(input.clip.xy);
-    let verdict = test(input.triangle, vec2<f32>(pixel));
-    if !verdict.covers && !verdict.uncertain {
-        return;
-    }
+fn append_plain(input: Corner) {
+    append(vec2<u32>(input.clip.xy), input.triangle);
+}
+
+fn append(pixel: vec2<u32>, triangle: u32) {
     let slot = atomicAdd(&fragments.count, 1u);
     if slot < params.capacity {
-        let mark = select(0u, UNCERTAIN, verdict.uncertain);
-        let triangle = (params.first_triangle + input.triangle) | mark;
         fragments.entries[slot] = Coverage(pixel.y * params.resolution + pixel.x, triangle);
     }
 }
 
-struct Verdict {
-    covers: bool,
-    uncertain: bool,
+// All that the alpha test needs, fetched once a triangle: software adapters fetch slowly, one pixel after another.
+struct MaskedCorner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(flat) triangle: u32,
+    @location(1) @interpolate(flat) u: vec3<f32>,
+    @location(2) @interpolate(flat) v: vec3<f32>,
+    @location(3) @interpolate(flat) q: vec3<f32>,
+    @location(4) @interpolate(flat) anchor: vec2<f32>,
+    @location(5) @interpolate(flat) size: vec2<u32>,
+    @location(6) @interpolate(flat) wrap: vec2<u32>,
+    @location(7) @interpolate(flat) first_word: u32,
 }
 
-fn test(triangle: u32, pixel: vec2<f32>) -> Verdict {
-    let mask_index = alpha_tests[triangle].mask;
-    if mask_index == NO_MASK {
-        return Verdict(true, false);
+// Masked triangles are the first of the buffer, in the order of their alpha tests.
+@vertex
+fn masked_corner(
+    @builtin(vertex_index) index: u32,
+    @location(0) clip_xy: vec2<f32>,
+    @location(1) triangle: u32,
+) -> MaskedCorner {
+    let test = alpha_tests[index / 3u];
+    let mask = masks[test.mask];
+    return MaskedCorner(
+        vec4(clip_xy, 0.5, 1.0),
+        triangle,
+        vec3(test.u[0], test.u[1], test.u[2]),
+        vec3(test.v[0], test.v[1], test.v[2]),
+        vec3(test.q[0], test.q[1], test.q[2]),
+        vec2(test.anchor[0], test.anchor[1]),
+        vec2(mask.width, mask.height),
+        vec2(mask.wrap[0], mask.wrap[1]),
+        mask.first_word,
+    );
+}
+
+@fragment
+fn append_masked(input: MaskedCorner) {
+    let pixel = vec2<u32>(input.clip.xy);
+    let p = vec2<f32>(pixel) - input.anchor;
+    let q = plane(input.q, p);
+    let column = texel(quotient(plane(input.u, p), q), input.size.x, input.wrap.x);
+    let row = texel(quotient(plane(input.v, p), q), input.size.y, input.wrap.y);
+    let bit = row.index * input.size.x + column.index;
+    let covers = ((mask_words[input.first_word + bit / 32u] >> (bit % 32u)) & 1u) == 1u;
+    let is_certain = column.is_certain && row.is_certain;
+    if covers || !is_certain {
+        append(pixel, input.triangle | select(UNCERTAIN, 0u, is_certain));
     }
-    let planes = alpha_tests[triangle];
-    let p = pixel - vec2(planes.anchor[0], planes.anchor[1]);
-    let q = Estimate(plane(planes.q, p), plane_error(planes.q, p));
-    let u = quotient(Estimate(plane(planes.u, p), plane_error(planes.u, p)), q);
-    let v = quotient(Estimate(plane(planes.v, p), plane_error(planes.v, p)), q);
-    let mask = masks[mask_index];
-    let column = texel(u, mask.width, mask.wrap[0]);
-    let row = texel(v, mask.height, mask.wrap[1]);
-    let bit = row.index * mask.width + column.index;
-    let word = mask_words[mask.first_word + bit / 32u];
-    return Verdict(((word >> (bit % 32u)) & 1u) == 1u, column.uncertain || row.uncertain);
 }
 
 // A value and how far it may be from the one computed elsewhere.
@@ -97,12 +119,10 @@ struct Estimate {
     error: f32,
 }
 
-fn plane(c: array<f32, 3>, p: vec2<f32>) -> f32 {
-    return c[0] * p.x + c[1] * p.y + c[2];
-}
-
-fn plane_error(c: array<f32, 3>, p: vec2<f32>) -> f32 {
-    return (abs(c[0] * p.x) + abs(c[1] * p.y) + abs(c[2])) * ROUNDING;
+fn plane(c: vec3<f32>, p: vec2<f32>) -> Estimate {
+    let x = c.x * p.x;
+    let y = c.y * p.y;
+    return Estimate(x + y + c.z, (abs(x) + abs(y) + abs(c.z)) * ROUNDING);
 }
 
 fn quotient(a: Estimate, b: Estimate) -> Estimate {
@@ -112,29 +132,29 @@ fn quotient(a: Estimate, b: Estimate) -> Estimate {
 
 struct Texel {
     index: u32,
-    uncertain: bool,
+    is_certain: bool,
 }
 
 fn texel(coordinate: Estimate, size: u32, wrap: u32) -> Texel {
     let at = coordinate.value * f32(size);
     let error = coordinate.error * f32(size) + abs(at) * ROUNDING;
     let cell = floor(at);
-    // Beyond LARGEST_CELL the error is over a texel, and the integers below would overflow.
+    // Beyond LARGEST_CELL the error is over a texel.
     let is_certain = floor(at - error) == cell && floor(at + error) == cell && abs(at) < LARGEST_CELL;
-    return Texel(wrapped(i32(clamp(cell, -LARGEST_CELL, LARGEST_CELL)), i32(size), wrap), !is_certain);
+    let inside = wrapped(clamp(cell, -LARGEST_CELL, LARGEST_CELL), f32(size), wrap);
+    return Texel(u32(clamp(inside, 0.0, f32(size - 1u))), is_certain);
 }
 
-fn wrapped(cell: i32, size: i32, wrap: u32) -> u32 {
-    var inside = clamp(cell, 0, size - 1);
-    if wrap == WRAP_REPEAT {
-        inside = modulo(cell, size);
-    } else if wrap == WRAP_MIRROR {
-        let phase = modulo(cell, 2 * size);
-        inside = min(phase, 2 * size - 1 - phase);
-    }
-    return u32(inside);
+fn wrapped(cell: f32, size: f32, wrap: u32) -> f32 {
+    let is_mirror = wrap == WRAP_MIRROR;
+    let period = select(size, 2.0 * size, is_mirror);
+    let phase = modulo(cell, period);
+    let repeated = select(phase, min(phase, period - 1.0 - phase), is_mirror);
+    return select(repeated, cell, wrap == WRAP_CLAMP);
 }
 
-fn modulo(a: i32, b: i32) -> i32 {
-    return ((a % b) + b) % b;
+// Of whole numbers below 2^24, exactly, though the quotient may be off by a rounding.
+fn modulo(a: f32, b: f32) -> f32 {
+    let rest = a - floor(a / b) * b;
+    return rest + select(0.0, b, rest < 0.0) - select(0.0, b, rest >= b);
 }

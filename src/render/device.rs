@@ -80,9 +80,17 @@ impl GpuDevice {
         &self.queue
     }
 
-    /// Whether fragment shaders may write to storage buffers.
-    pub fn has_fragment_storage_writes(&self) -> bool {
-        self.downlevel.contains(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE)
+    /// Refuses an adapter that lacks one of `flags`.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] that names what is missing.
+    pub fn require(&self, flags: wgpu::DownlevelFlags) -> Result<()> {
+        let missing = flags - self.downlevel;
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let names: Vec<_> = missing.iter_names().map(|(name, _)| name).collect();
+        Err(gpu_error(format!("{} lacks {}", self.adapter_name(), names.join(" and "))))
     }
 
     /// The first failure since the device was opened.

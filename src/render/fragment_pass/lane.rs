@@ -1,13 +1,13 @@
 //! One lane: the buffers of one job in flight, kept for the next.
 
 use super::{
-    MaskBuffers, Params, TARGET_FORMAT, UNCERTAIN,
+    Corner, MaskBuffers, Params, Pipelines, TARGET_FORMAT, UNCERTAIN,
     job::{Job, lies_inside},
 };
 use crate::{
     Result,
     render::device::{GpuDevice, gpu_error, one_line},
-    simplify::fragments::{AlphaMask, AlphaTest, Coverage, ViewTriangles},
+    simplify::fragments::{AlphaMask, AlphaTest, Coverage, NO_MASK, ViewTriangles},
 };
 use std::{
     sync::{Arc, Mutex, PoisonError},
@@ -23,8 +23,11 @@ type MapResult = Arc<Mutex<Option<std::result::Result<(), wgpu::BufferAsyncError
 
 /// Buffers, target and bindings of one job.
 pub(super) struct Lane {
-    /// Clip positions being packed.
-    corners: Vec<[f32; 2]>,
+    /// Masked triangles being packed, and their alpha tests in the same order.
+    masked: Vec<Corner>,
+    alpha_tests: Vec<AlphaTest>,
+    /// The other triangles: they follow the masked ones.
+    plain: Vec<Corner>,
     corner_buffer: wgpu::Buffer,
     alpha_buffer: wgpu::Buffer,
     params: wgpu::Buffer,
@@ -39,8 +42,10 @@ impl Lane {
     pub(super) fn new(device: &wgpu::Device) -> Self {
         use wgpu::BufferUsages as Usage;
         Self {
-            corners: Vec::new(),
-            corner_buffer: buffer(device, "corners", Usage::VERTEX | Usage::COPY_DST, size_of::<[f32; 2]>() as u64),
+            masked: Vec::new(),
+            alpha_tests: Vec::new(),
+            plain: Vec::new(),
+            corner_buffer: buffer(device, "corners", Usage::VERTEX | Usage::COPY_DST, size_of::<Corner>() as u64),
             alpha_buffer: buffer(
                 device,
                 "alpha tests",
@@ -70,16 +75,17 @@ impl Lane {
     pub(super) fn submit(
         &mut self,
         gpu: &GpuDevice,
-        pipeline: &wgpu::RenderPipeline,
+        pipelines: &Pipelines,
         masks: &MaskBuffers,
         job: &Job,
         view: &ViewTriangles<'_>,
     ) -> Result<()> {
+        self.pack(job, view);
         self.make_room(gpu.device(), job, view.resolution);
-        self.upload(gpu.queue(), job, view);
-        self.bind(gpu.device(), pipeline, masks);
+        self.upload(gpu.queue(), job, view.resolution);
+        self.bind(gpu.device(), pipelines, masks);
         gpu.check()?;
-        let commands = self.encode(gpu.device(), pipeline, job);
+        let commands = self.encode(gpu.device(), pipelines, job);
         let submission = gpu.queue().submit([commands]);
         let mapped = MapResult::default();
         let report = mapped.clone();
@@ -126,10 +132,31 @@ impl Lane {
         }
     }
 
+    /// Sorts the job's triangles into masked and plain, without those that are not for the GPU.
+    fn pack(&mut self, job: &Job, view: &ViewTriangles<'_>) {
+        self.masked.clear();
+        self.alpha_tests.clear();
+        self.plain.clear();
+        for triangle in job.triangles.clone() {
+            let corners = &view.screen[triangle];
+            if !lies_inside(corners, view.resolution) {
+                continue;
+            }
+            let alpha_test = &view.alpha[triangle];
+            let is_masked = alpha_test.mask != NO_MASK;
+            let packed = if is_masked { &mut self.masked } else { &mut self.plain };
+            packed.extend(corners.map(|corner| {
+                let [x, y, ..] = view.clip_from_screen(corner);
+                Corner { clip_xy: [x, y], triangle: triangle as u32 }
+            }));
+            self.alpha_tests.extend(is_masked.then_some(alpha_test));
+        }
+    }
+
     fn make_room(&mut self, device: &wgpu::Device, job: &Job, resolution: u32) {
-        let triangles = job.triangles.len() as u64;
-        grow(device, &mut self.corner_buffer, triangles * size_of::<[[f32; 2]; 3]>() as u64);
-        let alpha_grew = grow(device, &mut self.alpha_buffer, triangles * size_of::<AlphaTest>() as u64);
+        let corners = self.masked.len() + self.plain.len();
+        grow(device, &mut self.corner_buffer, (corners * size_of::<Corner>()) as u64);
+        let alpha_grew = grow(device, &mut self.alpha_buffer, size_of_val(&self.alpha_tests[..]) as u64);
         let fragments_grew = grow(device, &mut self.fragments, fragment_bytes(job.capacity));
         grow(device, &mut self.readback, fragment_bytes(job.capacity));
         if alpha_grew || fragments_grew {
@@ -140,28 +167,19 @@ impl Lane {
         }
     }
 
-    fn upload(&mut self, queue: &wgpu::Queue, job: &Job, view: &ViewTriangles<'_>) {
-        self.corners.clear();
-        for corners in &view.screen[job.triangles.clone()] {
-            let is_for_gpu = lies_inside(corners, view.resolution);
-            // Three equal corners cover nothing.
-            self.corners.extend(corners.map(|corner| {
-                let [x, y, ..] = if is_for_gpu { view.clip_from_screen(corner) } else { [0.0; 4] };
-                [x, y]
-            }));
-        }
-        let params = Params {
-            resolution: view.resolution,
-            first_triangle: job.triangles.start as u32,
-            capacity: job.capacity,
-            padding: 0,
-        };
-        queue.write_buffer(&self.corner_buffer, 0, bytemuck::cast_slice(&self.corners));
-        queue.write_buffer(&self.alpha_buffer, 0, bytemuck::cast_slice(&view.alpha[job.triangles.clone()]));
+    fn upload(&self, queue: &wgpu::Queue, job: &Job, resolution: u32) {
+        let params = Params { resolution, capacity: job.capacity };
+        queue.write_buffer(&self.corner_buffer, 0, bytemuck::cast_slice(&self.masked));
+        queue.write_buffer(
+            &self.corner_buffer,
+            size_of_val(&self.masked[..]) as u64,
+            bytemuck::cast_slice(&self.plain),
+        );
+        queue.write_buffer(&self.alpha_buffer, 0, bytemuck::cast_slice(&self.alpha_tests));
         queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
     }
 
-    fn bind(&mut self, device: &wgpu::Device, pipeline: &wgpu::RenderPipeline, masks: &MaskBuffers) {
+    fn bind(&mut self, device: &wgpu::Device, pipelines: &Pipelines, masks: &MaskBuffers) {
         let buffers = [&self.params, &self.alpha_buffer, &masks.headers, &masks.words, &self.fragments];
         let entries: Vec<_> = (0..)
             .zip(buffers)
@@ -170,13 +188,13 @@ impl Lane {
         self.bindings.get_or_insert_with(|| {
             device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("fragment_pass"),
-                layout: &pipeline.get_bind_group_layout(0),
+                layout: &pipelines.bindings,
                 entries: &entries,
             })
         });
     }
 
-    fn encode(&self, device: &wgpu::Device, pipeline: &wgpu::RenderPipeline, job: &Job) -> wgpu::CommandBuffer {
+    fn encode(&self, device: &wgpu::Device, pipelines: &Pipelines, job: &Job) -> wgpu::CommandBuffer {
         let mut encoder =
             device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("fragment_pass") });
         encoder.clear_buffer(&self.fragments, 0, Some(HEADER_BYTES));
@@ -191,10 +209,13 @@ impl Lane {
             color_attachments: &[attachment],
             ..Default::default()
         });
-        pass.set_pipeline(pipeline);
+        let masked = self.masked.len() as u32;
         pass.set_bind_group(0, self.bindings.as_ref(), &[]);
         pass.set_vertex_buffer(0, self.corner_buffer.slice(..));
-        pass.draw(0..3 * job.triangles.len() as u32, 0..1);
+        pass.set_pipeline(&pipelines.masked);
+        pass.draw(0..masked, 0..1);
+        pass.set_pipeline(&pipelines.plain);
+        pass.draw(masked..masked + self.plain.len() as u32, 0..1);
         drop(pass);
         encoder.copy_buffer_to_buffer(&self.fragments, 0, &self.readback, 0, fragment_bytes(job.capacity));
         encoder.finish()

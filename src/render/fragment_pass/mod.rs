@@ -14,14 +14,11 @@
 mod job;
 mod lane;
 
-use super::{
-    device::{GpuDevice, gpu_error},
-    shader::ShaderSource,
-};
+use super::{device::GpuDevice, shader::ShaderSource};
 use crate::{
     Error, Result,
     material::Wrap,
-    simplify::fragments::{AlphaMask, Coverage, FragmentSource, NO_MASK, ViewTriangles},
+    simplify::fragments::{AlphaMask, Coverage, FragmentSource, ViewTriangles},
 };
 use job::{Job, cover_outside};
 use lane::Lane;
@@ -44,12 +41,17 @@ const LARGEST_CELL: f32 = (1 << 22) as f32;
 pub struct Params {
     /// Pixels on a side.
     pub resolution: u32,
-    /// Number of the draw's first triangle within its view.
-    pub first_triangle: u32,
     /// Entries that fit.
     pub capacity: u32,
-    /// Unused.
-    pub padding: u32,
+}
+
+/// One corner of a triangle as the vertex shader takes it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+struct Corner {
+    clip_xy: [f32; 2],
+    /// Number of the triangle within its view.
+    triangle: u32,
 }
 
 /// Where one alpha mask lies among the words of all.
@@ -78,10 +80,9 @@ pub const fn wrap_number(wrap: Wrap) -> u32 {
 /// The pass's shader with its constants.
 pub fn wgsl() -> String {
     ShaderSource::new()
-        .constant_u32("NO_MASK", NO_MASK)
         .constant_u32("UNCERTAIN", UNCERTAIN)
-        .constant_u32("WRAP_REPEAT", wrap_number(Wrap::Repeat))
         .constant_u32("WRAP_MIRROR", wrap_number(Wrap::Mirror))
+        .constant_u32("WRAP_CLAMP", wrap_number(Wrap::Clamp))
         .constant_f32("ROUNDING", ROUNDING)
         .constant_f32("LARGEST_CELL", LARGEST_CELL)
         .with_body(include_str!("../../../shaders/fragment_pass.wgsl"))
@@ -90,10 +91,17 @@ pub fn wgsl() -> String {
 /// The GPU as a [`FragmentSource`].
 pub struct GpuFragments {
     gpu: GpuDevice,
-    pipeline: wgpu::RenderPipeline,
+    pipelines: Pipelines,
     masks: Vec<AlphaMask>,
     mask_buffers: MaskBuffers,
     lanes: [Lane; 2],
+}
+
+/// The pass with and without the alpha test; both take the same bindings.
+struct Pipelines {
+    plain: wgpu::RenderPipeline,
+    masked: wgpu::RenderPipeline,
+    bindings: wgpu::BindGroupLayout,
 }
 
 /// The masks as the shader reads them.
@@ -106,17 +114,15 @@ impl GpuFragments {
     /// Compiles the pass.
     ///
     /// # Errors
-    /// [`Error::Gpu`] when the adapter cannot write to storage buffers from fragment shaders, or fails.
+    /// [`Error::Gpu`] when the adapter's fragment shaders cannot write to storage buffers or its vertex shaders cannot read
+    /// them, or when it fails.
     pub fn new(gpu: &GpuDevice) -> Result<Self> {
-        if !gpu.has_fragment_storage_writes() {
-            let name = gpu.adapter_name();
-            return Err(gpu_error(format!("{name} cannot write to storage buffers from fragment shaders")));
-        }
-        let pipeline = create_pipeline(gpu.device());
+        gpu.require(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE | wgpu::DownlevelFlags::VERTEX_STORAGE)?;
+        let pipelines = Pipelines::new(gpu.device());
         let mask_buffers = MaskBuffers::new(gpu.device(), &[]);
         let lanes = [Lane::new(gpu.device()), Lane::new(gpu.device())];
         gpu.check()?;
-        Ok(Self { gpu: gpu.clone(), pipeline, masks: Vec::new(), mask_buffers, lanes })
+        Ok(Self { gpu: gpu.clone(), pipelines, masks: Vec::new(), mask_buffers, lanes })
     }
 
     /// Refuses a view that does not fit the adapter's textures or a triangle number's bits.
@@ -141,7 +147,7 @@ impl GpuFragments {
         loop {
             if let Some(lane) = free.pop_if(|_| !jobs.is_empty()) {
                 let Some(job) = jobs.pop_front() else { break };
-                self.lanes[lane].submit(&self.gpu, &self.pipeline, &self.mask_buffers, &job, &views[job.view])?;
+                self.lanes[lane].submit(&self.gpu, &self.pipelines, &self.mask_buffers, &job, &views[job.view])?;
                 in_flight.push_back((lane, job));
                 continue;
             }
@@ -226,23 +232,66 @@ impl MaskBuffers {
 /// Format of the target: nothing is written to it, but a pass has to have one.
 const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
-fn create_pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("fragment_pass"),
-        source: wgpu::ShaderSource::Wgsl(wgsl().into()),
-    });
+impl Pipelines {
+    fn new(device: &wgpu::Device) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("fragment_pass"),
+            source: wgpu::ShaderSource::Wgsl(wgsl().into()),
+        });
+        let bindings = create_bindings(device);
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("fragment_pass"),
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        let plain = create_pipeline(device, &module, &layout, ["corner", "append_plain"]);
+        let masked = create_pipeline(device, &module, &layout, ["masked_corner", "append_masked"]);
+        Self { plain, masked, bindings }
+    }
+}
+
+fn create_bindings(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let read = wgpu::BufferBindingType::Storage { read_only: true };
+    let written = wgpu::BufferBindingType::Storage { read_only: false };
+    let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
+    let uses = [
+        (fragment, wgpu::BufferBindingType::Uniform),
+        (vertex, read),
+        (vertex, read),
+        (fragment, read),
+        (fragment, written),
+    ];
+    let entries: Vec<_> = (0..)
+        .zip(uses)
+        .map(|(binding, (visibility, ty))| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        })
+        .collect();
+    device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("fragment_pass"), entries: &entries })
+}
+
+fn create_pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+    [vertex_entry_point, fragment_entry_point]: [&str; 2],
+) -> wgpu::RenderPipeline {
     let corners = wgpu::VertexBufferLayout {
-        array_stride: size_of::<[f32; 2]>() as u64,
+        array_stride: size_of::<Corner>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
-        attributes: &wgpu::vertex_attr_array![0 => Float32x2],
+        attributes: &wgpu::vertex_attr_array![0 => Float32x2, 1 => Uint32],
     };
     let target = wgpu::ColorTargetState { format: TARGET_FORMAT, blend: None, write_mask: wgpu::ColorWrites::empty() };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("fragment_pass"),
-        layout: None,
+        label: Some(fragment_entry_point),
+        layout: Some(layout),
         vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("corner"),
+            module,
+            entry_point: Some(vertex_entry_point),
             compilation_options: Default::default(),
             buffers: &[Some(corners)],
         },
@@ -250,8 +299,8 @@ fn create_pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
         depth_stencil: None,
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("append"),
+            module,
+            entry_point: Some(fragment_entry_point),
             compilation_options: Default::default(),
             targets: &[Some(target)],
         }),
