@@ -15,7 +15,7 @@ use super::{
 use crate::{leaf::Vertex, plant::MAX_ELEMENTS};
 use ::gltf::json::{
     Accessor, Index, Root, Value,
-    mesh::{Primitive, Semantic},
+    mesh::{Mode, Primitive, Semantic},
     validation::Checked,
 };
 use std::{
@@ -130,10 +130,11 @@ impl<'a> Reader<'a> {
         let Some(positions) = attributes.index(&Semantic::Positions) else {
             return Err(Fault::broken("a primitive has no positions"));
         };
-        let indices = match (&attributes.draco, primitive.indices) {
-            (Some((draco, _)), _) => draco.indices(),
-            (None, Some(indices)) => self.accessors.indices(indices)?,
-            (None, None) => (0..self.accessors.count(positions)?.min(u32::MAX as usize) as u32).collect(),
+        let (mode, indices) = match (&attributes.draco, primitive.indices) {
+            // Draco has undone strips: whatever the primitive's mode, its faces are triangles.
+            (Some((draco, _)), _) => (Mode::Triangles, draco.indices()),
+            (None, Some(indices)) => (mode, self.accessors.indices(indices)?),
+            (None, None) => (mode, (0..self.accessors.count(positions)?.min(u32::MAX as usize) as u32).collect()),
         };
         limit("the number of indices for a file of its size", indices.len() as u64, self.indices_left)?;
         self.indices_left -= indices.len() as u64;
