@@ -79,7 +79,7 @@ impl ViewTriangles<'_> {
 }
 
 /// A rasteriser of fragments. Implemented by [`CpuFragments`](super::raster::CpuFragments) and by the wgpu pass.
-pub trait FragmentSource {
+pub trait FragmentSource: Send {
     /// What answered, for the model's metadata: the adapter's name, or `None` for the CPU.
     fn adapter(&self) -> Option<String>;
 

@@ -1,4 +1,111 @@
 //! Options of the simplification, with presets.
 
+use super::views::{MAX_RESOLUTION, VIEW_COUNTS};
+use crate::{Error, Result};
+
 /// Greatest linear growth that may be asked for; with the greatest resolution it keeps edge functions within `i64`.
 pub const MAX_SCALE_LIMIT: f32 = 64.0;
+
+/// What decides which leaf goes next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Criterion {
+    /// Least change of the viewpoint mutual information.
+    #[default]
+    Vmi,
+    /// Least visible area.
+    Area,
+}
+
+/// What becomes of the area that a pruned leaf leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Compensate {
+    /// The nearest remaining leaf takes it (Gasch et al.).
+    #[default]
+    Nearest,
+    /// It is lost.
+    None,
+}
+
+impl Criterion {
+    /// Name on the command line and in the model.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vmi => "vmi",
+            Self::Area => "area",
+        }
+    }
+}
+
+impl Compensate {
+    /// Name on the command line and in the model.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nearest => "nearest",
+            Self::None => "none",
+        }
+    }
+}
+
+/// How a plant is simplified.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimplifyOptions {
+    /// Name of the preset that the other fields started from, for the model's recipe.
+    pub preset: String,
+    /// What decides which leaf goes next. Matters far less than `compensate`.
+    pub criterion: Criterion,
+    /// Which leaf grows when one goes, and by how much.
+    pub compensate: Compensate,
+    /// Pixels on a side of each view, 1 to [`MAX_RESOLUTION`]. Time and memory grow with its square; below 128 small leaves
+    /// fall between the pixels of all views and count as hidden.
+    pub resolution: u32,
+    /// Number of views: one of [`VIEW_COUNTS`]. Time and memory grow in proportion; few views see leaves as hidden that are not.
+    pub views: u32,
+    /// The background counts as one more polygon, so that holes against the sky are seen (VMI only). Without it every step
+    /// computes every error again: minutes instead of seconds for large plants.
+    pub background: bool,
+    /// Largest linear scale that any leaf may reach, 1 to [`MAX_SCALE_LIMIT`]. Uncapped chains reach 10 to 20 and read as
+    /// balloons; a low cap thins out the last few percent of the leaves.
+    pub max_scale: f32,
+    /// Threads; 0 takes one per core. The result does not depend on it.
+    pub threads: usize,
+}
+
+impl SimplifyOptions {
+    /// The method as published: VMI, and the nearest leaf takes the lost area; 20 views of 256 x 256.
+    pub fn paper() -> Self {
+        Self {
+            preset: "paper".into(),
+            criterion: Criterion::Vmi,
+            compensate: Compensate::Nearest,
+            resolution: 256,
+            views: 20,
+            background: true,
+            max_scale: 8.0,
+            threads: 0,
+        }
+    }
+
+    /// Checks every field's range.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] for the first field outside its range.
+    pub fn validate(&self) -> Result<()> {
+        let in_range = |option, value: String, allowed: String, holds: bool| match holds {
+            true => Ok(()),
+            false => Err(Error::InvalidOption { option, value, allowed }),
+        };
+        let resolution = self.resolution;
+        let holds = (1..=MAX_RESOLUTION).contains(&resolution);
+        in_range("--resolution", resolution.to_string(), format!("1 to {MAX_RESOLUTION}"), holds)?;
+        let allowed = "4, 6, 8, 12 or 20 (the vertices of a regular solid)".into();
+        in_range("--views", self.views.to_string(), allowed, VIEW_COUNTS.contains(&self.views))?;
+        let holds = (1.0..=MAX_SCALE_LIMIT).contains(&self.max_scale);
+        in_range("--max-scale", self.max_scale.to_string(), format!("1 to {MAX_SCALE_LIMIT}"), holds)
+    }
+}
+
+impl Default for SimplifyOptions {
+    fn default() -> Self {
+        Self::paper()
+    }
+}

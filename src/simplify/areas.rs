@@ -1,0 +1,140 @@
+//! Visible areas: how many pixels of each view show each polygon in front.
+
+use super::layers::Change;
+
+/// The areas a_z(v) of leaves, background and wood, and how many pixels each leaf stands directly behind.
+///
+/// Row z is leaf z for z below [`leaves`](Self::leaves); then come the background and the wood.
+#[derive(Debug, Clone)]
+pub struct Areas {
+    /// Number of leaves.
+    pub leaves: usize,
+    /// Number of views.
+    pub views: usize,
+    /// a_z(v) at `z * views + v`, in pixels.
+    areas: Vec<u32>,
+    /// A_z: the sum of row z.
+    totals: Vec<u32>,
+    /// For each row, the pixels of all views in which it stands directly behind the frontmost.
+    seconds: Vec<u32>,
+    pending: Pending,
+}
+
+/// Changes that were collected and not committed yet.
+#[derive(Debug, Clone)]
+struct Pending {
+    /// Rows whose area changes, each once.
+    rows: Vec<u32>,
+    /// For each row, one more than its place in `rows`, or 0.
+    places: Vec<u32>,
+    /// Change of each view's area, `views` numbers for each of `rows`.
+    deltas: Vec<i32>,
+}
+
+impl Areas {
+    /// No pixel counted yet.
+    pub fn new(leaves: usize, views: usize) -> Self {
+        let rows = leaves + 2;
+        Self {
+            leaves,
+            views,
+            areas: vec![0; rows * views],
+            totals: vec![0; rows],
+            seconds: vec![0; rows],
+            pending: Pending { rows: Vec::new(), places: vec![0; rows], deltas: Vec::new() },
+        }
+    }
+
+    /// The background's row.
+    pub fn background(&self) -> usize {
+        self.leaves
+    }
+
+    /// The wood's row.
+    pub fn wood(&self) -> usize {
+        self.leaves + 1
+    }
+
+    /// Areas of one row, one per view, in pixels.
+    pub fn row(&self, row: usize) -> &[u32] {
+        &self.areas[row * self.views..][..self.views]
+    }
+
+    /// Sum of one row, in pixels.
+    pub fn total(&self, row: usize) -> u32 {
+        self.totals[row]
+    }
+
+    /// Pixels in which a leaf stands directly behind the frontmost.
+    pub fn seconds(&self, leaf: usize) -> u32 {
+        self.seconds[leaf]
+    }
+
+    /// Counts a pixel for the first time.
+    pub fn count(&mut self, view: usize, [front, second]: [u32; 2]) {
+        self.areas[front as usize * self.views + view] += 1;
+        self.totals[front as usize] += 1;
+        self.seconds[second as usize] += 1;
+    }
+
+    /// Notes a change of view `view`; areas stay as they are until [`commit`](Self::commit).
+    pub fn collect(&mut self, view: usize, change: &Change) {
+        self.seconds[change.from[1] as usize] -= change.count;
+        self.seconds[change.to[1] as usize] += change.count;
+        if change.from[0] != change.to[0] {
+            self.pending.add(change.from[0], view, self.views, -(change.count as i32));
+            self.pending.add(change.to[0], view, self.views, change.count as i32);
+        }
+    }
+
+    /// Number of rows that wait for [`commit`](Self::commit).
+    pub fn pending(&self) -> usize {
+        self.pending.rows.len()
+    }
+
+    /// The `i`-th waiting row.
+    pub fn pending_row(&self, i: usize) -> usize {
+        self.pending.rows[i] as usize
+    }
+
+    /// Writes the `i`-th waiting row's areas as they will be to `new`, and gives their sum.
+    pub fn pending_areas(&self, i: usize, new: &mut [u32]) -> u32 {
+        let deltas = &self.pending.deltas[i * self.views..][..self.views];
+        let old = self.row(self.pending_row(i));
+        new.iter_mut()
+            .zip(old)
+            .zip(deltas)
+            .map(|((new, old), delta)| {
+                *new = old.wrapping_add_signed(*delta);
+                *new
+            })
+            .sum()
+    }
+
+    /// Makes the collected changes.
+    pub fn commit(&mut self) {
+        for (i, &row) in self.pending.rows.iter().enumerate() {
+            let row = row as usize;
+            let deltas = &self.pending.deltas[i * self.views..][..self.views];
+            for (area, &delta) in self.areas[row * self.views..].iter_mut().zip(deltas) {
+                *area = area.wrapping_add_signed(delta);
+            }
+            self.totals[row] = self.totals[row].wrapping_add_signed(deltas.iter().sum());
+            self.pending.places[row] = 0;
+        }
+        self.pending.rows.clear();
+        self.pending.deltas.clear();
+    }
+}
+
+impl Pending {
+    fn add(&mut self, row: u32, view: usize, views: usize, delta: i32) {
+        let place = &mut self.places[row as usize];
+        if *place == 0 {
+            self.rows.push(row);
+            self.deltas.resize(self.rows.len() * views, 0);
+            *place = self.rows.len() as u32;
+        }
+        self.deltas[(*place as usize - 1) * views + view] += delta;
+    }
+}

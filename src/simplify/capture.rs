@@ -1,0 +1,97 @@
+//! From a plant to the fragments of all views: triangles projected on the CPU, covered by a rasteriser, sorted by depth.
+
+use super::{
+    fragments::{AlphaTest, Coverage, FragmentSource, NO_MASK, ViewTriangles},
+    layers::Layers,
+    shapes::{DepthPlane, Shapes},
+    views::ViewSet,
+};
+use crate::{Error, Result};
+use rayon::prelude::*;
+
+/// One view's triangles with what their depths need.
+struct Prepared {
+    screen: Vec<[[i32; 2]; 3]>,
+    alpha: Vec<AlphaTest>,
+    depth: Vec<DepthPlane>,
+}
+
+/// Captures every view of `shapes` through `source`: the layers of each, and the number of fragments in all (each leaf
+/// once per pixel and triangle). `advance` is told how many views are done and answers whether to go on.
+///
+/// # Errors
+/// Those of the source; [`Error::Interrupted`] when `advance` says no.
+pub fn capture(
+    shapes: &Shapes,
+    views: &ViewSet,
+    source: &mut dyn FragmentSource,
+    mut advance: impl FnMut(u64) -> bool,
+) -> Result<(Vec<Layers>, u64)> {
+    let leaves = shapes.shapes.len() as u32 - 1;
+    let owners = owners(shapes);
+    let batch = rayon::current_num_threads().max(1);
+    let mut coverage = vec![Vec::new(); batch];
+    let mut layers = Vec::with_capacity(views.views.len());
+    let mut fragments = 0;
+    for first in (0..views.views.len()).step_by(batch) {
+        let last = views.views.len().min(first + batch);
+        let prepared: Vec<Prepared> = (first..last).into_par_iter().map(|view| prepare(shapes, views, view)).collect();
+        let triangles: Vec<ViewTriangles<'_>> = prepared.iter().map(|view| view.triangles(views.resolution)).collect();
+        let coverage = &mut coverage[..last - first];
+        coverage.iter_mut().for_each(Vec::clear);
+        source.capture_batch(&triangles, coverage)?;
+        let sorted = prepared.par_iter().zip(&*coverage).map(|(view, coverage)| {
+            let width = i64::from(views.resolution);
+            let depth = |entry: Coverage| {
+                let pixel = i64::from(entry.pixel);
+                view.depth[entry.triangle as usize].depth(pixel % width, pixel / width)
+            };
+            Layers::new(views.pixels(), coverage, depth, |triangle| owners[triangle as usize], leaves)
+        });
+        layers.extend(sorted.collect::<Vec<_>>());
+        fragments += coverage.iter().map(|view| view.len() as u64).sum::<u64>();
+        if !advance(last as u64) {
+            return Err(Error::Interrupted);
+        }
+    }
+    Ok((layers, fragments))
+}
+
+/// The row of each triangle: its leaf, or for the wood the row after the background's.
+fn owners(shapes: &Shapes) -> Vec<u32> {
+    let leaves = shapes.shapes.len() - 1;
+    let mut owners = Vec::with_capacity(shapes.triangles.len());
+    for (index, shape) in shapes.shapes.iter().enumerate() {
+        let row = if index == leaves { leaves + 1 } else { index };
+        owners.resize(shape.triangles[1] as usize, row as u32);
+    }
+    owners
+}
+
+fn prepare(shapes: &Shapes, views: &ViewSet, view: usize) -> Prepared {
+    let camera = &views.views[view];
+    let count = shapes.triangles.len();
+    let mut out = Prepared {
+        screen: Vec::with_capacity(count),
+        alpha: Vec::with_capacity(count),
+        depth: Vec::with_capacity(count),
+    };
+    let mut projected = Vec::new();
+    for shape in &shapes.shapes {
+        shapes.project(views, camera, shape, 1.0, &mut projected);
+        for triangle in shape.triangles[0]..shape.triangles[1] {
+            let corners = shapes.corners(shape, triangle, &projected);
+            out.screen.push(corners.map_or([[0; 2]; 3], |corners| corners.map(|p| [p.x as i32, p.y as i32])));
+            out.alpha.push(corners.map_or(AlphaTest::NONE, |corners| shapes.alpha_test(shape, triangle, &corners)));
+            out.depth.push(shapes.depth_plane(views, camera, shape, triangle, 1.0));
+        }
+    }
+    out
+}
+
+impl Prepared {
+    fn triangles(&self, resolution: u32) -> ViewTriangles<'_> {
+        debug_assert!(self.alpha.iter().all(|alpha| alpha.mask == NO_MASK || alpha.q.iter().all(|q| q.is_finite())));
+        ViewTriangles { resolution, screen: &self.screen, alpha: &self.alpha }
+    }
+}

@@ -1,0 +1,89 @@
+//! How far the errors of leaves before the background (or the wood) can have moved since they were computed.
+//!
+//! Every pruning that uncovers sky changes the background's row, and with it a little the error of every leaf that would
+//! uncover sky: thousands. Instead of computing them all again, a lower bound is kept. A leaf that would uncover d(v)
+//! pixels of a polygon with areas a(v), D and A in sum, changes the views' information by
+//!
+//! ```text
+//! g(v) = (a + d)(L(a + d) - L(A + D)) - a (L(a) - L(A))
+//! ```
+//!
+//! When a(v) moves by δ(v) and A by Δ, the sum over the views of the changes of |g(v)| is at most
+//!
+//! ```text
+//! sum |δ(v)| (L(1 + D / a(v)) + L(1 + D / A))  +  2 D L((A_max + D) / (A_min + D))
+//! ```
+//!
+//! with each a and A the smaller of before and after (∂g/∂a and ∂g/∂A integrated, d(v) <= D), plus |δ(v)| (1/ln 2) for
+//! each that starts or ends at 0. Bounds are kept for D up to each power of two. They only decide which errors are computed again,
+//! never which leaf is chosen.
+
+/// Powers of two up to which D is told apart.
+const BUCKETS: usize = 32;
+/// Errors stay valid for about this many steps; fewer computes all of them more often, more loosens their bounds.
+const EPOCH_STEPS: f64 = 256.0;
+/// Covers the rounding of the bound's own arithmetic.
+const SAFETY: f64 = 1.001;
+
+/// Accumulated movement of one polygon's row, in bits times pixels.
+#[derive(Debug, Clone)]
+pub struct Drift {
+    so_far: [f64; BUCKETS],
+    allowed: [f64; BUCKETS],
+    epoch_start: [f64; BUCKETS],
+    steps: f64,
+}
+
+impl Drift {
+    /// Nothing moved yet, and nothing may.
+    pub fn new() -> Self {
+        Self { so_far: [0.0; BUCKETS], allowed: [0.0; BUCKETS], epoch_start: [0.0; BUCKETS], steps: 0.0 }
+    }
+
+    /// How far the error of a leaf that uncovers `uncovered` pixels in all may still move before the epoch ends.
+    pub fn allowance(&self, uncovered: u32) -> f64 {
+        let bucket = bucket(uncovered);
+        self.allowed[bucket] - self.so_far[bucket]
+    }
+
+    /// Takes in one step's movement of the row; false when the epoch is over and every error must be computed again.
+    pub fn advance(&mut self, old: &[u32], new: &[u32]) -> bool {
+        self.steps += 1.0;
+        let total = |row: &[u32]| row.iter().map(|&area| f64::from(area)).sum::<f64>();
+        let (old_total, new_total) = (total(old), total(new));
+        let (least, most) = (old_total.min(new_total), old_total.max(new_total));
+        let mut holds = true;
+        for bucket in 0..BUCKETS {
+            let uncovered = (1_u64 << bucket) as f64;
+            let mut moved = 2.0 * uncovered * ((most + uncovered) / (least + uncovered)).log2();
+            for (&old, &new) in old.iter().zip(new).filter(|(old, new)| old != new) {
+                let delta = f64::from(old.abs_diff(new));
+                let area = f64::from(old.min(new));
+                moved += delta * (slope(uncovered, area) + slope(uncovered, least));
+            }
+            self.so_far[bucket] += moved * SAFETY;
+            holds &= self.so_far[bucket] <= self.allowed[bucket];
+        }
+        holds
+    }
+
+    /// Starts an epoch: allows as much movement as the last one's pace would bring.
+    pub fn start_epoch(&mut self) {
+        for bucket in 0..BUCKETS {
+            let pace = (self.so_far[bucket] - self.epoch_start[bucket]) / self.steps.max(1.0);
+            self.allowed[bucket] = self.so_far[bucket] + EPOCH_STEPS * pace;
+            self.epoch_start[bucket] = self.so_far[bucket];
+        }
+        self.steps = 0.0;
+    }
+}
+
+/// L(1 + D / a), integrable at 0: there the integral from 0 to 1 adds 1 / ln 2.
+fn slope(uncovered: f64, area: f64) -> f64 {
+    let at_zero = if area < 1.0 { std::f64::consts::LOG2_E } else { 0.0 };
+    (1.0 + uncovered / area.max(1.0)).log2() + at_zero
+}
+
+fn bucket(uncovered: u32) -> usize {
+    (uncovered.max(1).next_power_of_two().ilog2() as usize).min(BUCKETS - 1)
+}

@@ -1,0 +1,75 @@
+//! The pixels that one leaf covers in one view at one scale, with their depths.
+
+use super::{
+    fragments::AlphaMask,
+    raster::cover,
+    shapes::Shapes,
+    views::{ScreenPoint, ViewSet},
+};
+
+/// A worker that rasterises one leaf at a time and answers which pixels it covered.
+#[derive(Debug, Clone)]
+pub struct Footprint {
+    /// (pixel, depth), each pixel once with the depth of the leaf's nearest triangle there.
+    pub fragments: Vec<(u32, u32)>,
+    /// For each pixel of the view, where its fragment would be in `fragments`; stale entries are told by the pixel there.
+    slots: Vec<u32>,
+    projected: Vec<Option<ScreenPoint>>,
+}
+
+impl Footprint {
+    /// A worker for views of `pixels` pixels.
+    pub fn new(pixels: usize) -> Self {
+        Self { fragments: Vec::new(), slots: vec![0; pixels], projected: Vec::new() }
+    }
+
+    /// Rasterises leaf `leaf` at `scale` in view `view`, replacing what was there.
+    pub fn rasterise(
+        &mut self,
+        shapes: &Shapes,
+        views: &ViewSet,
+        masks: &[AlphaMask],
+        view: usize,
+        leaf: u32,
+        scale: f32,
+    ) {
+        self.fragments.clear();
+        let camera = &views.views[view];
+        let shape = &shapes.shapes[leaf as usize];
+        let mut projected = std::mem::take(&mut self.projected);
+        shapes.project(views, camera, shape, scale, &mut projected);
+        for triangle in shape.triangles[0]..shape.triangles[1] {
+            let Some(corners) = shapes.corners(shape, triangle, &projected) else { continue };
+            let mut planes = None;
+            cover(views.resolution, corners.map(|corner| (corner.x, corner.y)), |y, first, last| {
+                let (alpha, depth) = planes.get_or_insert_with(|| {
+                    let alpha = shapes.alpha_test(shape, triangle, &corners);
+                    (alpha, shapes.depth_plane(views, camera, shape, triangle, scale))
+                });
+                for x in first..=last {
+                    if alpha.covers(masks, x, y) {
+                        self.add((y * i64::from(views.resolution) + x) as u32, depth.depth(x, y));
+                    }
+                }
+            });
+        }
+        self.projected = projected;
+    }
+
+    /// The depth at `pixel`, if the leaf covers it.
+    pub fn depth_at(&self, pixel: u32) -> Option<u32> {
+        let &(covered, depth) = self.fragments.get(self.slots[pixel as usize] as usize)?;
+        (covered == pixel).then_some(depth)
+    }
+
+    fn add(&mut self, pixel: u32, depth: u32) {
+        let slot = &mut self.slots[pixel as usize];
+        match self.fragments.get_mut(*slot as usize) {
+            Some((covered, nearest)) if *covered == pixel => *nearest = depth.min(*nearest),
+            _ => {
+                *slot = self.fragments.len() as u32;
+                self.fragments.push((pixel, depth));
+            }
+        }
+    }
+}

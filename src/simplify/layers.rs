@@ -1,0 +1,311 @@
+//! Per view and pixel, the live fragments from front to back: removing or growing a leaf never renders anything again.
+//!
+//! Each pixel holds its two nearest fragments in its record and the deeper ones on a stack, nearest on top. A pruned leaf
+//! vanishes from front and second place at once and from the stacks when they are next looked at. What happened is told
+//! as [`Change`]s of (front, second) pairs, from which areas and criteria follow.
+
+use super::{footprint::Footprint, fragments::Coverage};
+
+/// A fragment packed so that nearer is less: depth in the upper half, leaf in the lower, which also breaks ties.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+struct Fragment(u64);
+
+impl Fragment {
+    fn new(depth: u32, leaf: u32) -> Self {
+        Self(u64::from(depth) << 32 | u64::from(leaf))
+    }
+
+    fn leaf(self) -> u32 {
+        self.0 as u32
+    }
+}
+
+/// `count` pixels whose frontmost and second polygons changed. Leaves count from 0, then come background and wood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Change {
+    /// (front, second) before.
+    pub from: [u32; 2],
+    /// (front, second) after.
+    pub to: [u32; 2],
+    /// Number of pixels.
+    pub count: u32,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Pixel {
+    front: Fragment,
+    second: Fragment,
+    /// First slot of the stack.
+    start: u32,
+    /// Fragments on the stack, dead ones included.
+    len: u32,
+    /// Slots of the stack.
+    capacity: u32,
+    /// Depth of the wood behind all leaves, or [`NO_WOOD`].
+    wood_depth: u32,
+}
+
+/// Depth of the wood where there is none: the background lies behind everything.
+const NO_WOOD: u32 = u32::MAX;
+
+/// One view's fragments.
+#[derive(Debug)]
+pub struct Layers {
+    pixels: Vec<Pixel>,
+    stacks: Vec<Fragment>,
+    /// Slots of stacks that moved elsewhere to grow.
+    abandoned: usize,
+    /// Number of leaves: the background's row; the wood's is the next.
+    leaves: u32,
+    /// What the last calls changed, since it was last cleared.
+    pub changes: Vec<Change>,
+}
+
+/// Stacks are packed anew when more than this part of their slots was abandoned.
+const MAX_ABANDONED: f64 = 0.25;
+/// Slots of a stack that grows for the first time.
+const LEAST_CAPACITY: u32 = 4;
+
+impl Layers {
+    /// Sorts captured coverage into pixels.
+    ///
+    /// `depth(coverage)` is the depth of one entry and `leaf_of(triangle)` its leaf; the wood's triangles give
+    /// `leaves + 1`. Fragments behind the wood are dropped: nothing ever uncovers them.
+    pub fn new(
+        pixels: usize,
+        coverage: &[Coverage],
+        depth: impl Fn(Coverage) -> u32,
+        leaf_of: impl Fn(u32) -> u32,
+        leaves: u32,
+    ) -> Self {
+        let wood_row = leaves + 1;
+        let mut wood_depth = vec![NO_WOOD; pixels];
+        let mut starts = vec![0_u32; pixels + 1];
+        for entry in coverage {
+            if leaf_of(entry.triangle) == wood_row {
+                let nearest = &mut wood_depth[entry.pixel as usize];
+                *nearest = depth(*entry).min(*nearest);
+            } else {
+                starts[entry.pixel as usize + 1] += 1;
+            }
+        }
+        for pixel in 0..pixels {
+            starts[pixel + 1] += starts[pixel];
+        }
+        let mut stacks = vec![Fragment::default(); starts[pixels] as usize];
+        let mut lens = vec![0_u32; pixels];
+        for entry in coverage {
+            let (leaf, pixel) = (leaf_of(entry.triangle), entry.pixel as usize);
+            let depth = if leaf == wood_row { continue } else { depth(*entry) };
+            if depth <= wood_depth[pixel] {
+                stacks[(starts[pixel] + lens[pixel]) as usize] = Fragment::new(depth, leaf);
+                lens[pixel] += 1;
+            }
+        }
+        let pixels = (0..pixels).map(|at| {
+            let stack = &mut stacks[starts[at] as usize..][..lens[at] as usize];
+            let bottom = bottom(wood_depth[at], leaves);
+            let mut pixel = Pixel {
+                front: bottom,
+                second: bottom,
+                start: starts[at],
+                len: stack_without_repeats(stack),
+                capacity: starts[at + 1] - starts[at],
+                wood_depth: wood_depth[at],
+            };
+            pixel.front = pixel.pop(&stacks, &[], bottom);
+            pixel.second = pixel.pop(&stacks, &[], bottom);
+            pixel
+        });
+        Self { pixels: pixels.collect(), stacks, abandoned: 0, leaves, changes: Vec::new() }
+    }
+
+    /// (front, second) of every pixel.
+    pub fn fronts(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.pixels.iter().map(|pixel| pixel.pair())
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.pixels[..]) + self.stacks.capacity() * size_of::<Fragment>()
+    }
+
+    /// Takes away a leaf that was just marked dead, given its footprint.
+    pub fn remove(&mut self, leaf: u32, footprint: &Footprint, dead: &[bool]) {
+        for &(index, _) in &footprint.fragments {
+            let from = self.pixels[index as usize].pair();
+            if self.take_visible(index, leaf, dead) {
+                self.record(index, from);
+            }
+        }
+    }
+
+    /// Replaces a leaf's footprint by another, touching only pixels in which they differ.
+    pub fn regrow(&mut self, leaf: u32, old: &Footprint, new: &Footprint, dead: &[bool]) {
+        for &(index, depth) in &new.fragments {
+            let old_depth = old.depth_at(index);
+            if old_depth == Some(depth) {
+                continue;
+            }
+            let from = self.pixels[index as usize].pair();
+            if old_depth.is_some() {
+                self.take(index, leaf, dead);
+            }
+            self.insert(index, Fragment::new(depth, leaf), dead);
+            self.record(index, from);
+        }
+        for &(index, _) in &old.fragments {
+            if new.depth_at(index).is_none() {
+                let from = self.pixels[index as usize].pair();
+                self.take(index, leaf, dead);
+                self.record(index, from);
+            }
+        }
+        if self.abandoned as f64 > self.stacks.len() as f64 * MAX_ABANDONED {
+            self.pack(dead);
+        }
+    }
+
+    /// Notes what became of a pixel, joining it to the change before where that was the same.
+    fn record(&mut self, index: u32, from: [u32; 2]) {
+        let to = self.pixels[index as usize].pair();
+        match self.changes.last_mut() {
+            _ if from == to => {}
+            Some(last) if last.from == from && last.to == to => last.count += 1,
+            _ => self.changes.push(Change { from, to, count: 1 }),
+        }
+    }
+
+    /// Takes a leaf out of front or second place, if it is there, and refills from the stack.
+    fn take_visible(&mut self, index: u32, leaf: u32, dead: &[bool]) -> bool {
+        let pixel = &mut self.pixels[index as usize];
+        let is_front = pixel.front.leaf() == leaf;
+        if !is_front && pixel.second.leaf() != leaf {
+            return false;
+        }
+        if is_front {
+            pixel.front = pixel.second;
+        }
+        pixel.second = pixel.pop(&self.stacks, dead, bottom(pixel.wood_depth, self.leaves));
+        true
+    }
+
+    /// Takes a live leaf out of a pixel, wherever it lies; nothing happens where it lay behind the wood.
+    fn take(&mut self, index: u32, leaf: u32, dead: &[bool]) {
+        if self.take_visible(index, leaf, dead) {
+            return;
+        }
+        let pixel = &mut self.pixels[index as usize];
+        let stack = &mut self.stacks[pixel.start as usize..][..pixel.len as usize];
+        if let Some(at) = stack.iter().rposition(|fragment| fragment.leaf() == leaf) {
+            stack.copy_within(at + 1.., at);
+            pixel.len -= 1;
+        }
+    }
+
+    /// Adds a fragment, unless it lies behind the wood.
+    fn insert(&mut self, index: u32, mut fragment: Fragment, dead: &[bool]) {
+        let pixel = &mut self.pixels[index as usize];
+        let bottom = bottom(pixel.wood_depth, self.leaves);
+        if fragment > bottom {
+            return;
+        }
+        if fragment < pixel.front {
+            std::mem::swap(&mut fragment, &mut pixel.front);
+        }
+        if fragment < pixel.second {
+            std::mem::swap(&mut fragment, &mut pixel.second);
+        }
+        if fragment != bottom {
+            self.push(index, fragment, dead);
+        }
+    }
+
+    /// Puts a fragment into its place on the stack.
+    fn push(&mut self, index: u32, fragment: Fragment, dead: &[bool]) {
+        if self.pixels[index as usize].len == self.pixels[index as usize].capacity {
+            self.make_room(index, dead);
+        }
+        let pixel = &mut self.pixels[index as usize];
+        let mut at = (pixel.start + pixel.len) as usize;
+        pixel.len += 1;
+        while at > pixel.start as usize && self.stacks[at - 1] < fragment {
+            self.stacks[at] = self.stacks[at - 1];
+            at -= 1;
+        }
+        self.stacks[at] = fragment;
+    }
+
+    /// Drops dead fragments of a full stack; where none were, moves it to twice the room.
+    fn make_room(&mut self, index: u32, dead: &[bool]) {
+        let pixel = &mut self.pixels[index as usize];
+        let slots = pixel.start as usize..(pixel.start + pixel.len) as usize;
+        let mut kept = slots.start;
+        for at in slots.clone() {
+            if !dead[self.stacks[at].leaf() as usize] {
+                self.stacks[kept] = self.stacks[at];
+                kept += 1;
+            }
+        }
+        pixel.len = (kept - slots.start) as u32;
+        if pixel.len == pixel.capacity {
+            self.abandoned += pixel.capacity as usize;
+            pixel.start = self.stacks.len() as u32;
+            pixel.capacity = (pixel.capacity * 2).max(LEAST_CAPACITY);
+            self.stacks.extend_from_within(slots);
+            self.stacks.resize((pixel.start + pixel.capacity) as usize, Fragment::default());
+        }
+    }
+
+    /// Lays all stacks one after another again.
+    fn pack(&mut self, dead: &[bool]) {
+        let mut packed = Vec::with_capacity(self.stacks.len() - self.abandoned);
+        for pixel in &mut self.pixels {
+            let start = packed.len();
+            let stack = &self.stacks[pixel.start as usize..][..pixel.len as usize];
+            packed.extend(stack.iter().filter(|fragment| !dead[fragment.leaf() as usize]));
+            pixel.start = start as u32;
+            pixel.len = (packed.len() - start) as u32;
+            pixel.capacity = pixel.len;
+        }
+        self.stacks = packed;
+        self.abandoned = 0;
+    }
+}
+
+impl Pixel {
+    fn pair(&self) -> [u32; 2] {
+        [self.front.leaf(), self.second.leaf()]
+    }
+
+    /// The nearest live fragment of the stack, or `bottom`. `dead` may be empty when none is.
+    fn pop(&mut self, stacks: &[Fragment], dead: &[bool], bottom: Fragment) -> Fragment {
+        while self.len > 0 {
+            self.len -= 1;
+            let fragment = stacks[(self.start + self.len) as usize];
+            if !dead.get(fragment.leaf() as usize).is_some_and(|&dead| dead) {
+                return fragment;
+            }
+        }
+        bottom
+    }
+}
+
+/// What lies behind all leaves: the wood, or else the background.
+fn bottom(wood_depth: u32, leaves: u32) -> Fragment {
+    Fragment::new(wood_depth, if wood_depth == NO_WOOD { leaves } else { leaves + 1 })
+}
+
+/// Sorts fragments with the nearest last, keeps each leaf's nearest alone, and gives how many are left.
+fn stack_without_repeats(stack: &mut [Fragment]) -> u32 {
+    stack.sort_unstable();
+    let mut kept = 0;
+    for at in 0..stack.len() {
+        if !stack[..kept].iter().any(|nearer| nearer.leaf() == stack[at].leaf()) {
+            stack[kept] = stack[at];
+            kept += 1;
+        }
+    }
+    stack[..kept].reverse();
+    kept as u32
+}

@@ -1,0 +1,147 @@
+//! The nearest remaining leaf, exactly: a bounding volume hierarchy over leaf centroids from which leaves are removed.
+//!
+//! Built and maintained by obvhs (`Bvh2`), which has no nearest query of its own: its public nodes are walked here, nearer
+//! child first. Leaves with the very same centroid share one primitive, since many coincident points would make the
+//! hierarchy as deep as there are leaves.
+
+use glam::{DVec3, Vec3, Vec3A};
+use obvhs::{
+    aabb::Aabb,
+    bvh2::{Bvh2, builder::build_bvh2},
+};
+use std::{collections::BTreeMap, time::Duration};
+
+/// The remaining leaves, for nearest queries.
+pub struct Neighbours {
+    bvh: Bvh2,
+    /// Distinct centroids.
+    points: Vec<Vec3>,
+    /// Remaining leaves at each point, the least index last.
+    leaves: Vec<Vec<u32>>,
+    /// The point of each leaf.
+    point_of_leaf: Vec<u32>,
+    stack: Vec<(f64, u32)>,
+}
+
+impl Neighbours {
+    /// All leaves, by their finite centroids.
+    pub fn new(centroids: &[Vec3]) -> Self {
+        let mut points = Vec::new();
+        let mut leaves: Vec<Vec<u32>> = Vec::new();
+        let mut known = BTreeMap::new();
+        let mut point_of_leaf = Vec::with_capacity(centroids.len());
+        for (leaf, &centroid) in centroids.iter().enumerate() {
+            // Adding zero joins -0.0 with 0.0.
+            let bits = (centroid + Vec3::ZERO).to_array().map(f32::to_bits);
+            let point = *known.entry(bits).or_insert_with(|| {
+                points.push(centroid);
+                leaves.push(Vec::new());
+                points.len() as u32 - 1
+            });
+            leaves[point as usize].push(leaf as u32);
+            point_of_leaf.push(point);
+        }
+        leaves.iter_mut().for_each(|leaves| leaves.reverse());
+        let boxes: Vec<Aabb> = points.iter().map(|&point| Aabb::new(point.into(), point.into())).collect();
+        let mut bvh = build_bvh2(&boxes, obvhs::BvhBuildParams::fast_build(), &mut Duration::default());
+        bvh.init_parents_if_uninit();
+        bvh.init_primitives_to_nodes_if_uninit();
+        Self { bvh, points, leaves, point_of_leaf, stack: Vec::new() }
+    }
+
+    /// Takes a leaf out. Taking it out twice changes nothing.
+    pub fn remove(&mut self, leaf: u32) {
+        let point = self.point_of_leaf[leaf as usize];
+        let leaves = &mut self.leaves[point as usize];
+        let Some(place) = leaves.iter().rposition(|&other| other == leaf) else { return };
+        leaves.remove(place);
+        if leaves.is_empty() {
+            self.bvh.remove_primitive(point);
+        }
+    }
+
+    /// The remaining leaf whose centroid is nearest to that of `leaf`, which was removed before; of several the one with
+    /// the least index. `None` when no leaf remains.
+    pub fn nearest(&mut self, leaf: u32) -> Option<u32> {
+        let from = self.points[self.point_of_leaf[leaf as usize] as usize].as_dvec3();
+        let mut best = (f64::INFINITY, u32::MAX);
+        self.stack.clear();
+        if !self.bvh.nodes.is_empty() {
+            self.stack.push((0.0, 0));
+        }
+        while let Some((distance, node)) = self.stack.pop() {
+            // An equally distant box may hold a leaf of lesser index.
+            if distance > best.0 {
+                continue;
+            }
+            let node = &self.bvh.nodes[node as usize];
+            if node.is_leaf() {
+                for slot in node.first_index..node.first_index + node.prim_count {
+                    let point = self.bvh.primitive_indices[slot as usize];
+                    let distance = (self.points[point as usize].as_dvec3() - from).length_squared();
+                    let least = self.leaves[point as usize].last().copied();
+                    best = least.map_or(best, |leaf| if (distance, leaf) < best { (distance, leaf) } else { best });
+                }
+                continue;
+            }
+            let [left, right] = [node.first_index, node.first_index + 1].map(|child| {
+                let aabb = &self.bvh.nodes[child as usize].aabb;
+                (distance_squared(from, aabb.min, aabb.max), child)
+            });
+            let (near, far) = if left.0 <= right.0 { (left, right) } else { (right, left) };
+            self.stack.extend([far, near]);
+        }
+        (best.1 != u32::MAX).then_some(best.1)
+    }
+}
+
+/// Squared distance from a point to a box, rounded as the distance to a point in it is, so never above that.
+fn distance_squared(from: DVec3, min: Vec3A, max: Vec3A) -> f64 {
+    let (min, max) = (Vec3::from(min).as_dvec3(), Vec3::from(max).as_dvec3());
+    (from.clamp(min, max) - from).length_squared()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn nearest_by_scan(centroids: &[Vec3], live: &[bool], leaf: usize) -> Option<u32> {
+        let from = centroids[leaf].as_dvec3();
+        let distance = |i: usize| (centroids[i].as_dvec3() - from).length_squared();
+        let live = (0..centroids.len()).filter(|&i| live[i]);
+        live.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).map(|i| i as u32)
+    }
+
+    proptest! {
+        #[test]
+        fn nearest_equals_a_scan_while_all_leaves_are_removed(
+            // Few distinct coordinates: many ties and coincident points.
+            cells in prop::collection::vec((0..4_i8, 0..4_i8, -1..2_i8), 1..60),
+            order in prop::collection::vec(any::<u32>(), 60),
+        ) {
+            let centroids: Vec<Vec3> =
+                cells.iter().map(|&(x, y, z)| Vec3::new(x.into(), y.into(), z.into()) * 0.3).collect();
+            let mut neighbours = Neighbours::new(&centroids);
+            let mut live = vec![true; centroids.len()];
+            for random in order.into_iter().take(centroids.len()) {
+                let candidates: Vec<usize> = (0..live.len()).filter(|&i| live[i]).collect();
+                let leaf = candidates[random as usize % candidates.len()];
+                live[leaf] = false;
+                neighbours.remove(leaf as u32);
+                prop_assert_eq!(neighbours.nearest(leaf as u32), nearest_by_scan(&centroids, &live, leaf));
+            }
+        }
+    }
+
+    #[test]
+    fn a_hundred_thousand_coincident_leaves_are_removed_in_index_order() {
+        let mut neighbours = Neighbours::new(&vec![Vec3::ONE; 100_000]);
+        for leaf in 0..99_999 {
+            neighbours.remove(leaf);
+            assert_eq!(neighbours.nearest(leaf), Some(leaf + 1));
+        }
+        neighbours.remove(99_999);
+        assert_eq!(neighbours.nearest(0), None);
+    }
+}

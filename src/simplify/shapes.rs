@@ -1,0 +1,223 @@
+//! The plant's triangles as views see them: scaled about a leaf's pivot, projected, with the planes that give depth and
+//! texture coordinates at any pixel.
+//!
+//! A fragment's depth comes from the plane of its triangle, met by the ray through the pixel's centre: 1/w is then affine
+//! on the screen. A plane that passes through the leaf's pivot stays where it is when the leaf is scaled, so for flat
+//! leaves, and for cards crossed on an axis through the pivot, growing changes no depth and touches new pixels only.
+
+use super::{
+    fragments::{AlphaTest, NO_MASK},
+    masks::Masks,
+    views::{CAMERA_DISTANCE, NEAR, SUBPIXEL, ScreenPoint, View, ViewSet},
+};
+use crate::plant::Plant;
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+/// Planes of one leaf closer to each other, and to its pivot, than this part of its reach are taken for one, through the
+/// pivot: well above the rounding of `f32` positions, well below what a leaf's bend measures.
+const PLANE_TOLERANCE: f64 = 1e-4;
+
+/// A plane `normal . p = normal . pivot + scale * offset` of unit space.
+#[derive(Debug, Clone, Copy)]
+struct Plane {
+    normal: DVec3,
+    offset: f64,
+}
+
+/// A triangle of a leaf or of the wood.
+#[derive(Debug, Clone, Copy)]
+pub struct Triangle {
+    /// Indices into the shapes' vertices.
+    corners: [u32; 3],
+    plane: u32,
+}
+
+/// One leaf, or the wood as a whole, in unit space.
+#[derive(Debug, Clone)]
+pub struct Shape {
+    /// First and one-past-last of [`Shapes`]' vertices.
+    vertices: [u32; 2],
+    /// First and one-past-last triangle.
+    pub triangles: [u32; 2],
+    pivot: DVec3,
+    /// Greatest distance of a vertex from the pivot.
+    reach: f64,
+    mask: u32,
+}
+
+/// All leaves and the wood, prepared once.
+#[derive(Debug)]
+pub struct Shapes {
+    /// One per leaf; the last is the wood.
+    pub shapes: Vec<Shape>,
+    /// All triangles, leaf after leaf, then the wood's.
+    pub triangles: Vec<Triangle>,
+    offsets: Vec<DVec3>,
+    uv: Vec<Vec2>,
+    planes: Vec<Plane>,
+    max_scale: f64,
+}
+
+/// Depth over the screen: nearness 1/w at pixel (x, y) is `x * per_x + y * per_y + at_origin`, held within the leaf's reach.
+#[derive(Debug, Clone, Copy)]
+pub struct DepthPlane {
+    per_x: f64,
+    per_y: f64,
+    at_origin: f64,
+    range: [f64; 2],
+}
+
+impl DepthPlane {
+    /// Depth of a pixel in steps of the 32-bit depth range, 0 nearest.
+    pub fn depth(&self, x: i64, y: i64) -> u32 {
+        let inv_w = x as f64 * self.per_x + y as f64 * self.per_y + self.at_origin;
+        let inv_w = inv_w.max(self.range[0]).min(self.range[1]);
+        ((1.0 / NEAR - inv_w) * (NEAR * f64::from(u32::MAX))) as u32
+    }
+}
+
+impl Shapes {
+    /// Prepares `plant` for `views`, with leaves that may grow up to `max_scale`.
+    pub fn new(plant: &Plant, views: &ViewSet, masks: &Masks, max_scale: f32) -> Self {
+        let mut shapes = Self {
+            shapes: Vec::with_capacity(plant.leaves.len() + 1),
+            triangles: Vec::with_capacity(plant.leaf_triangles() + plant.wood.triangles()),
+            offsets: Vec::with_capacity(plant.vertices.len() + plant.wood.vertices.len()),
+            uv: Vec::with_capacity(plant.vertices.len() + plant.wood.vertices.len()),
+            planes: Vec::with_capacity(plant.leaf_triangles() + plant.wood.triangles()),
+            max_scale: f64::from(max_scale),
+        };
+        let place = |position: [f32; 3]| views.unit_from_plant(Vec3::from(position).as_dvec3());
+        for leaf in &plant.leaves {
+            let first = leaf.vertices[0];
+            let vertices = &plant.vertices[leaf.vertex_range()];
+            let indices = plant.indices[leaf.index_range()].iter().map(|index| index - first);
+            shapes.push(place(leaf.pivot), vertices.iter().map(|v| (place(v.position), v.uv)), indices);
+            shapes.last().mask = masks.of_material(leaf.material);
+        }
+        let wood = plant.wood.vertices.iter().map(|v| (place(v.position), v.uv));
+        shapes.push(DVec3::ZERO, wood, plant.wood.indices.iter().copied());
+        shapes
+    }
+
+    fn last(&mut self) -> &mut Shape {
+        self.shapes.last_mut().expect("a shape was pushed")
+    }
+
+    fn push(
+        &mut self,
+        pivot: DVec3,
+        vertices: impl Iterator<Item = (DVec3, [f32; 2])>,
+        indices: impl Iterator<Item = u32>,
+    ) {
+        let first_vertex = self.offsets.len() as u32;
+        let first_triangle = self.triangles.len() as u32;
+        let first_plane = self.planes.len();
+        for (position, uv) in vertices {
+            self.offsets.push(position - pivot);
+            self.uv.push(Vec2::from(uv));
+        }
+        let reach = self.offsets[first_vertex as usize..].iter().map(|o| o.length_squared()).fold(0.0, f64::max).sqrt();
+        let mut corner = [0; 3];
+        for (i, index) in indices.enumerate() {
+            corner[i % 3] = index + first_vertex;
+            if i % 3 == 2 {
+                let plane = self.plane(corner, first_plane, reach);
+                self.triangles.push(Triangle { corners: corner, plane });
+            }
+        }
+        self.shapes.push(Shape {
+            vertices: [first_vertex, self.offsets.len() as u32],
+            triangles: [first_triangle, self.triangles.len() as u32],
+            pivot,
+            reach,
+            mask: NO_MASK,
+        });
+    }
+
+    /// The plane of a triangle: the last one of the same shape where it lies in that, else a new one.
+    fn plane(&mut self, corners: [u32; 3], first_plane: usize, reach: f64) -> u32 {
+        let [a, b, c] = corners.map(|corner| self.offsets[corner as usize]);
+        let tolerance = reach * PLANE_TOLERANCE;
+        if let Some(last) = self.planes[first_plane..].last()
+            && [a, b, c].iter().all(|p| (last.normal.dot(*p) - last.offset).abs() <= tolerance)
+        {
+            return self.planes.len() as u32 - 1;
+        }
+        let cross = (b - a).cross(c - a);
+        let length = cross.length_squared().sqrt();
+        let normal = if length > 0.0 { cross / length } else { DVec3::ZERO };
+        let offset = normal.dot(a);
+        let offset = if offset.abs() <= tolerance { 0.0 } else { offset };
+        self.planes.push(Plane { normal, offset });
+        self.planes.len() as u32 - 1
+    }
+
+    /// Projects the vertices of `shape` at `scale` into `out`.
+    pub fn project(&self, views: &ViewSet, view: &View, shape: &Shape, scale: f32, out: &mut Vec<Option<ScreenPoint>>) {
+        let scale = f64::from(scale);
+        let offsets = &self.offsets[shape.vertices[0] as usize..shape.vertices[1] as usize];
+        out.clear();
+        out.extend(offsets.iter().map(|&offset| views.project(view, shape.pivot + offset * scale)));
+    }
+
+    /// The corners of a triangle among the projected vertices of its shape; `None` when one is out of sight.
+    pub fn corners(&self, shape: &Shape, triangle: u32, projected: &[Option<ScreenPoint>]) -> Option<[ScreenPoint; 3]> {
+        let [a, b, c] = self.triangles[triangle as usize].corners.map(|c| projected[(c - shape.vertices[0]) as usize]);
+        Some([a?, b?, c?])
+    }
+
+    /// The triangle's depth over a view.
+    pub fn depth_plane(&self, views: &ViewSet, view: &View, shape: &Shape, triangle: u32, scale: f32) -> DepthPlane {
+        let Plane { normal, offset } = self.planes[self.triangles[triangle as usize].plane as usize];
+        let pivot_w = CAMERA_DISTANCE - shape.pivot.dot(view.toward);
+        let reach = shape.reach * self.max_scale;
+        let range = [1.0 / (pivot_w + reach), 1.0 / (pivot_w - reach).max(NEAR)];
+        let facing = normal.dot(view.toward);
+        // normal . (w x right + w y up + (CAMERA_DISTANCE - w) toward) = level, solved for 1/w.
+        let level = normal.dot(shape.pivot) + f64::from(scale) * offset;
+        let from_camera = level - CAMERA_DISTANCE * facing;
+        if from_camera == 0.0 {
+            return DepthPlane { per_x: 0.0, per_y: 0.0, at_origin: 1.0 / pivot_w, range };
+        }
+        let (origin_x, origin_y) = views.ray(0.0, 0.0);
+        let (next_x, next_y) = views.ray(1.0, 1.0);
+        let (along, upward) = (normal.dot(view.right), normal.dot(view.up));
+        DepthPlane {
+            per_x: along * (next_x - origin_x) / from_camera,
+            per_y: upward * (next_y - origin_y) / from_camera,
+            at_origin: (along * origin_x + upward * origin_y - facing) / from_camera,
+            range,
+        }
+    }
+
+    /// The triangle's alpha test over a view.
+    pub fn alpha_test(&self, shape: &Shape, triangle: u32, corners: &[ScreenPoint; 3]) -> AlphaTest {
+        if shape.mask == NO_MASK {
+            return AlphaTest::NONE;
+        }
+        let [a, b, c] = corners.map(|p| DVec2::new(p.x as f64, p.y as f64) / SUBPIXEL as f64);
+        let (ab, ac) = (b - a, c - a);
+        let doubled_area = ab.perp_dot(ac);
+        if doubled_area == 0.0 {
+            return AlphaTest::NONE;
+        }
+        let anchor = a.floor();
+        let plane = |[at_a, at_b, at_c]: [f64; 3]| {
+            let (to_b, to_c) = (at_b - at_a, at_c - at_a);
+            let per_x = (to_b * ac.y - to_c * ab.y) / doubled_area;
+            let per_y = (to_c * ab.x - to_b * ac.x) / doubled_area;
+            let at_anchor = at_a + per_x * (anchor.x - a.x) + per_y * (anchor.y - a.y);
+            [per_x as f32, per_y as f32, at_anchor as f32]
+        };
+        let uv = self.triangles[triangle as usize].corners.map(|corner| self.uv[corner as usize].as_dvec2());
+        let q = corners.map(|corner| corner.inv_w);
+        AlphaTest {
+            u: plane([0, 1, 2].map(|i| uv[i].x * q[i])),
+            v: plane([0, 1, 2].map(|i| uv[i].y * q[i])),
+            q: plane(q),
+            anchor: anchor.as_vec2().to_array(),
+            mask: shape.mask,
+        }
+    }
+}

@@ -1,0 +1,371 @@
+//! The change of viewpoint mutual information that pruning a leaf would cause, kept up to date for all leaves.
+//!
+//! After C. Gasch, M. Chover, I. Remolar, C. Rebollo, "Multiresolution Foliage Rendering", section 4.1 (each time the leaf
+//! of least change goes), with the measure of Castelló et al. (see [`information`](super::information)). Where the paper
+//! is silent or errs: the error is the sum over the views of |I(v) - I_without(v)|, so that views cannot cancel; the
+//! background is one more polygon by default, so that a hole against the sky counts; ties are broken as
+//! [`Criterion`] says.
+//!
+//! Pruning x hands its pixels to the polygons directly behind it. With d(v) pixels handed to polygon y, D in sum, the views' F changes by
+//!
+//! ```text
+//! sum over y of  (a_y + d)(L(a_y + d) - L(A_y + D)) - a_y (L(a_y) - L(A_y))   minus   a_x (L(a_x) - L(A_x))
+//! ```
+//!
+//! Each leaf's sum over leaves y is kept per view and corrected when a row or a pair changes; the terms of background and
+//! wood, which touch thousands of leaves at every step, are added when a leaf's error is asked for, and a lower bound
+//! ([`Drift`]) tells when that is needed. All of it is integers: equal to a computation from scratch bit for bit.
+//!
+//! Limits: without the background a_t and A change at every step, and with them every error: each step then computes all
+//! leaves' errors again.
+
+use super::{
+    areas::Areas,
+    criterion::{Choice, Criterion, tie_break},
+    drift::Drift,
+    information::FixedLog,
+    layers::Change,
+    pairs::Pairs,
+    tournament::{Key, OUT, Tournament},
+};
+
+/// Set in a key's tie-break when the error is exact: at equal value a bound comes first, to be made exact.
+const EXACT: u64 = 1 << 63;
+/// Background and wood.
+const BOTTOMS: usize = 2;
+
+/// The VMI criterion.
+pub struct Vmi {
+    log: FixedLog,
+    background: bool,
+    /// Pixels of all views together.
+    pixels: u64,
+    pairs: Pairs,
+    /// Change of F(v) when leaf x is pruned, but for background and wood: `views` numbers a leaf.
+    local: Vec<i64>,
+    /// F(v) of the current state, the background's row left out.
+    f: Vec<i64>,
+    /// Pixels of background and wood that leaf x would uncover in each view.
+    uncovered: [Vec<u32>; BOTTOMS],
+    uncovered_totals: [Vec<u32>; BOTTOMS],
+    drifts: [Drift; BOTTOMS],
+    tournament: Tournament,
+    step: u32,
+    work: Work,
+}
+
+/// Memory kept between steps.
+#[derive(Default)]
+struct Work {
+    dirty: Vec<u32>,
+    dirty_stamps: Vec<u32>,
+    touched_pairs: Vec<u32>,
+    /// Leaves whose error was made exact by the last choice though it depends on background or wood.
+    exact: Vec<u32>,
+    new_row: Vec<u32>,
+}
+
+impl Work {
+    fn mark(&mut self, leaf: u32, step: u32) {
+        if std::mem::replace(&mut self.dirty_stamps[leaf as usize], step) != step {
+            self.dirty.push(leaf);
+        }
+    }
+}
+
+impl Vmi {
+    /// Scores all leaves of freshly counted `areas`. `fronts` gives (view, front, second, pixels) for every pair.
+    pub fn new(areas: &Areas, pixels: u64, background: bool, fronts: impl Iterator<Item = (usize, [u32; 2])>) -> Self {
+        let (leaves, views) = (areas.leaves, areas.views);
+        let mut vmi = Self {
+            log: FixedLog::new(pixels),
+            background,
+            pixels,
+            pairs: Pairs::new(leaves, views),
+            local: vec![0; leaves * views],
+            f: vec![0; views],
+            uncovered: [vec![0; leaves * views], vec![0; leaves * views]],
+            uncovered_totals: [vec![0; leaves], vec![0; leaves]],
+            drifts: [Drift::new(), Drift::new()],
+            tournament: Tournament::new(Vec::new()),
+            step: 0,
+            work: Work { dirty_stamps: vec![0; leaves], new_row: vec![0; views], ..Work::default() },
+        };
+        for (view, [front, second]) in fronts {
+            vmi.count_pair(areas, view, [front, second], 1);
+        }
+        for row in (0..leaves).chain([areas.wood()]) {
+            vmi.add_own(row, areas.row(row), areas.total(row), 1);
+        }
+        for pair in std::mem::take(&mut vmi.work.touched_pairs) {
+            vmi.add_pair(areas, pair, 1);
+        }
+        vmi.tournament = Tournament::new((0..leaves as u32).map(|leaf| vmi.key(areas, leaf)).collect());
+        vmi
+    }
+
+    /// Adds `sign` times a row's own term: to F, and against it to the change that pruning the row's leaf makes.
+    fn add_own(&mut self, row: usize, areas: &[u32], total: u32, sign: i64) {
+        let log_total = self.log.log2(total);
+        for (view, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0) {
+            let term = sign * i64::from(area) * (self.log.log2(area) - log_total);
+            self.f[view] += term;
+            if let Some(local) = self.local.get_mut(row * areas.len() + view) {
+                *local -= term;
+            }
+        }
+    }
+
+    /// Adds `sign` times what the pair contributes to its front leaf's change.
+    fn add_pair(&mut self, areas: &Areas, pair: u32, sign: i64) {
+        let second = self.pairs.get(pair).second as usize;
+        self.add_pair_with(areas.row(second), areas.total(second), pair, sign);
+    }
+
+    fn add_pair_with(&mut self, row: &[u32], total: u32, pair: u32, sign: i64) {
+        let record = self.pairs.get(pair);
+        let views = row.len();
+        let local = &mut self.local[record.front as usize * views..][..views];
+        let log_after = self.log.log2(total + record.total);
+        let log_change = sign * (self.log.log2(total) - log_after);
+        for (local, &area) in local.iter_mut().zip(row) {
+            *local += i64::from(area) * log_change;
+        }
+        let counts = self.pairs.counts(pair);
+        let mut seen = record.seen;
+        while seen != 0 {
+            let view = seen.trailing_zeros() as usize;
+            seen &= seen - 1;
+            let (before, handed) = (row[view], counts[view]);
+            let after = before + handed;
+            let gain = i64::from(after) * self.log.log2(after) - i64::from(before) * self.log.log2(before);
+            local[view] += sign * (gain - i64::from(handed) * log_after);
+        }
+    }
+
+    /// Counts pixels of one view in which `front` hides `second`.
+    fn count_pair(&mut self, areas: &Areas, view: usize, [front, second]: [u32; 2], delta: i32) {
+        if front as usize >= areas.leaves {
+            return;
+        }
+        self.work.mark(front, self.step);
+        match (second as usize).checked_sub(areas.leaves) {
+            Some(bottom) => {
+                let count = &mut self.uncovered[bottom][front as usize * areas.views + view];
+                *count = count.wrapping_add_signed(delta);
+                let total = &mut self.uncovered_totals[bottom][front as usize];
+                *total = total.wrapping_add_signed(delta);
+            }
+            None => {
+                let pair = self.pairs.find_or_insert(front, second);
+                if self.pairs.stamp(pair, self.step + 1) {
+                    self.add_pair(areas, pair, -1);
+                    self.work.touched_pairs.push(pair);
+                }
+                self.pairs.add(pair, view, delta);
+            }
+        }
+    }
+
+    /// Corrects every pair behind whose front leaf stands a leaf whose row is about to change, unless its own counts
+    /// change too.
+    fn move_row(&mut self, areas: &Areas, second: usize, new_row: &[u32], new_total: u32) {
+        let behind = std::mem::take(self.pairs.behind_others_mut(second as u32));
+        for &pair in &behind {
+            let record = self.pairs.get(pair);
+            if record.stamp != self.step + 1 {
+                self.work.mark(record.front, self.step);
+                self.add_pair_with(areas.row(second), areas.total(second), pair, -1);
+                self.add_pair_with(new_row, new_total, pair, 1);
+            }
+        }
+        *self.pairs.behind_others_mut(second as u32) = behind;
+    }
+
+    /// What background or wood adds to the change of F(v) when `leaf` is pruned.
+    fn bottom_term(&self, areas: &Areas, bottom: usize, leaf: u32, view: usize, logs: [i64; 2]) -> i64 {
+        let handed = self.uncovered[bottom][leaf as usize * areas.views + view];
+        let before = areas.row(areas.leaves + bottom)[view];
+        let after = before + handed;
+        i64::from(after) * (self.log.log2(after) - logs[1]) - i64::from(before) * (self.log.log2(before) - logs[0])
+    }
+
+    /// Change of F(v) in every view when `leaf` is pruned, background left out where it does not count.
+    fn f_changes(&self, areas: &Areas, leaf: u32) -> impl Iterator<Item = i64> {
+        let logs = [0, 1].map(|bottom| {
+            let total = areas.total(areas.leaves + bottom);
+            let counts = self.uncovered_totals[bottom][leaf as usize] > 0 && (bottom == 1 || self.background);
+            counts.then(|| [self.log.log2(total), self.log.log2(total + self.uncovered_totals[bottom][leaf as usize])])
+        });
+        (0..areas.views).map(move |view| {
+            let bottoms =
+                (0..BOTTOMS).filter_map(|bottom| Some(self.bottom_term(areas, bottom, leaf, view, logs[bottom]?)));
+            self.local[leaf as usize * areas.views + view] + bottoms.sum::<i64>()
+        })
+    }
+
+    /// The exact error of pruning `leaf`, in fixed point; with the background, times the pixels of a view.
+    pub fn error(&self, areas: &Areas, leaf: u32) -> i64 {
+        if self.background {
+            return self.f_changes(areas, leaf).map(i64::abs).sum();
+        }
+        let pixels_per_view = (self.pixels / areas.views as u64) as u32;
+        let background = areas.background();
+        let total = self.pixels as u32 - areas.total(background);
+        let uncovered_total = self.uncovered_totals[0][leaf as usize];
+        let log_total = [total, total - uncovered_total].map(|total| self.log.log2(total));
+        let information = |f: i64, covered: u32, log_total: i64| match covered {
+            0 => 0,
+            _ => f.div_euclid(i64::from(covered)) + log_total - self.log.log2(covered),
+        };
+        let changes = self.f_changes(areas, leaf).enumerate();
+        changes
+            .map(|(view, change)| {
+                let covered = pixels_per_view - areas.row(background)[view];
+                let uncovered = self.uncovered[0][leaf as usize * areas.views + view];
+                let before = information(self.f[view], covered, log_total[0]);
+                let after = information(self.f[view] + change, covered - uncovered, log_total[1]);
+                (after - before).abs()
+            })
+            .sum()
+    }
+
+    fn exact_key(&self, areas: &Areas, leaf: u32) -> Key {
+        (self.error(areas, leaf), EXACT | tie_break(areas, leaf))
+    }
+
+    /// An exact key, or a lower bound that holds until the epoch ends.
+    fn key(&self, areas: &Areas, leaf: u32) -> Key {
+        let (error, tie_break) = self.exact_key(areas, leaf);
+        if !self.background || !self.depends_on_bottoms(leaf) {
+            return (error, tie_break);
+        }
+        let allowance: f64 = (0..BOTTOMS)
+            .map(|bottom| (self.uncovered_totals[bottom][leaf as usize], &self.drifts[bottom]))
+            .map(|(uncovered, drift)| if uncovered > 0 { drift.allowance(uncovered) } else { 0.0 })
+            .sum();
+        // Each of four products a L(A) a term is off by at most half a step times its area, before and after.
+        let rounding = 4 * self.pixels as i64 * BOTTOMS as i64;
+        let allowance = (allowance * (1_u64 << self.log.fraction_bits()) as f64).ceil() as i64;
+        (error.saturating_sub(allowance).saturating_sub(rounding), tie_break & !EXACT)
+    }
+
+    fn depends_on_bottoms(&self, leaf: u32) -> bool {
+        !self.background || self.uncovered_totals.iter().any(|totals| totals[leaf as usize] > 0)
+    }
+
+    /// Errors that every step changes are computed again as long as they might be the least.
+    fn least(&mut self, areas: &Areas) -> Option<u32> {
+        loop {
+            let leaf = self.tournament.winner();
+            let key = self.tournament.key(leaf);
+            if key == OUT {
+                return None;
+            }
+            if key.1 & EXACT != 0 {
+                return Some(leaf);
+            }
+            self.tournament.set(leaf, self.exact_key(areas, leaf));
+            self.work.exact.push(leaf);
+        }
+    }
+
+    /// The unit of [`error`](Self::error), in bits of information.
+    pub fn error_bits(&self, areas: &Areas, error: i64) -> f64 {
+        let scale = if self.background { self.pixels as f64 / areas.views as f64 } else { 1.0 };
+        self.log.to_bits(error) / scale
+    }
+
+    /// F(v) of every view, the background's row left out.
+    pub fn f(&self) -> &[i64] {
+        &self.f
+    }
+
+    fn advance_drifts(&mut self, areas: &Areas, new_row: &mut [u32]) -> bool {
+        let mut holds = true;
+        for i in 0..areas.pending() {
+            let row = areas.pending_row(i);
+            if row >= areas.leaves && (row == areas.wood() || self.background) {
+                areas.pending_areas(i, new_row);
+                holds &= self.drifts[row - areas.leaves].advance(areas.row(row), new_row);
+            }
+        }
+        holds && (self.background || areas.pending() == 0)
+    }
+
+    fn refresh_keys(&mut self, areas: &Areas, epoch_holds: bool) {
+        if !epoch_holds {
+            self.drifts.iter_mut().for_each(Drift::start_epoch);
+            for leaf in 0..areas.leaves as u32 {
+                if self.tournament.key(leaf) != OUT && self.depends_on_bottoms(leaf) {
+                    self.work.mark(leaf, self.step);
+                }
+            }
+        }
+        let dirty = std::mem::take(&mut self.work.dirty);
+        for &leaf in dirty.iter().chain(&self.work.exact) {
+            if self.tournament.key(leaf) != OUT {
+                self.tournament.set(leaf, self.key(areas, leaf));
+            }
+        }
+        self.work.exact.clear();
+        self.work.dirty = dirty;
+        self.work.dirty.clear();
+    }
+}
+
+impl Criterion for Vmi {
+    fn choose(&mut self, areas: &Areas) -> Option<Choice> {
+        let leaf = self.least(areas)?;
+        let error = self.error_bits(areas, self.tournament.key(leaf).0);
+        Some(Choice { leaf, error })
+    }
+
+    fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32) {
+        self.step += 1;
+        self.tournament.set(pruned, OUT);
+        for (view, changes) in changes.iter().enumerate() {
+            for change in *changes {
+                areas.collect(view, change);
+                self.count_pair(areas, view, change.from, -(change.count as i32));
+                self.count_pair(areas, view, change.to, change.count as i32);
+                for second in [change.from[1], change.to[1]] {
+                    if (second as usize) < areas.leaves {
+                        self.work.mark(second, self.step);
+                    }
+                }
+            }
+        }
+        let mut new_row = std::mem::take(&mut self.work.new_row);
+        let epoch_holds = self.advance_drifts(areas, &mut new_row);
+        for i in 0..areas.pending() {
+            let row = areas.pending_row(i);
+            if row == areas.background() {
+                continue;
+            }
+            let new_total = areas.pending_areas(i, &mut new_row);
+            self.add_own(row, areas.row(row), areas.total(row), -1);
+            self.add_own(row, &new_row, new_total, 1);
+            if row < areas.leaves {
+                self.work.mark(row as u32, self.step);
+                self.move_row(areas, row, &new_row, new_total);
+            }
+        }
+        self.work.new_row = new_row;
+        areas.commit();
+        for pair in std::mem::take(&mut self.work.touched_pairs) {
+            if self.pairs.get(pair).total == 0 {
+                self.pairs.remove(pair);
+            } else {
+                self.add_pair(areas, pair, 1);
+            }
+        }
+        self.refresh_keys(areas, epoch_holds);
+    }
+
+    fn bytes(&self) -> usize {
+        self.pairs.bytes()
+            + size_of_val(&self.local[..])
+            + self.uncovered.iter().map(|u| size_of_val(&u[..])).sum::<usize>()
+    }
+}
