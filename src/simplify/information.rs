@@ -52,6 +52,7 @@ impl FixedLog {
     }
 
     /// `log2(n)` rounded to the nearest step; 0 for n = 0, whose every product with an area of 0 vanishes.
+    #[inline]
     pub fn log2(&self, n: u32) -> i64 {
         match self.rounded.get(n as usize) {
             Some(&log) => log,
@@ -59,7 +60,16 @@ impl FixedLog {
         }
     }
 
+    /// What a polygon of `before` pixels gains by `handed` more, `log_after` being the logarithm of its new sum:
+    /// (a + d) L(a + d) - a L(a) - d L(A + D).
+    #[inline]
+    pub fn handed_over(&self, before: u32, handed: u32, log_after: i64) -> i64 {
+        let after = before + handed;
+        i64::from(after) * self.log2(after) - i64::from(before) * self.log2(before) - i64::from(handed) * log_after
+    }
+
     /// For n = h 2^s + l with h from the upper half of the table: s + log2(h) + log2(1 + x), x = l / (h 2^s) < 2^-15.
+    #[cold]
     fn internal_log2(&self, n: u32) -> u64 {
         let shift = u32::BITS - TABLE_BITS - n.leading_zeros();
         let head = n >> shift;

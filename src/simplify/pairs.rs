@@ -17,6 +17,18 @@ pub struct Pair {
     place_in_second: u32,
 }
 
+impl Pair {
+    /// The views in which the pair occurs.
+    pub fn seen_views(&self) -> impl Iterator<Item = usize> + use<> {
+        let mut seen = self.seen;
+        std::iter::from_fn(move || {
+            let view = seen.trailing_zeros();
+            seen &= seen.wrapping_sub(1);
+            (view < u32::BITS).then_some(view as usize)
+        })
+    }
+}
+
 /// All pairs that occur, found from either side.
 #[derive(Debug)]
 pub struct Pairs {
@@ -55,12 +67,7 @@ impl Pairs {
         &self.counts[pair as usize * self.views..][..self.views]
     }
 
-    /// Pairs whose second leaf is `second`.
-    pub fn behind_others(&self, second: u32) -> &[u32] {
-        &self.of_second[second as usize]
-    }
-
-    /// [`behind_others`](Self::behind_others), to be put back unchanged.
+    /// Pairs whose second leaf is `second`; whoever takes the list out puts it back unchanged.
     pub fn behind_others_mut(&mut self, second: u32) -> &mut Vec<u32> {
         &mut self.of_second[second as usize]
     }

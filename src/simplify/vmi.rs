@@ -57,8 +57,12 @@ pub struct Vmi {
 /// Memory kept between steps.
 #[derive(Default)]
 struct Work {
+    /// Leaves whose error is computed again.
     dirty: Vec<u32>,
     dirty_stamps: Vec<u32>,
+    /// Leaves whose error moved by no more than `movement`, whose bound is lowered by that.
+    moved: Vec<u32>,
+    movement: Vec<i64>,
     touched_pairs: Vec<u32>,
     /// Leaves whose error was made exact by the last choice though it depends on background or wood.
     exact: Vec<u32>,
@@ -70,6 +74,14 @@ impl Work {
         if std::mem::replace(&mut self.dirty_stamps[leaf as usize], step) != step {
             self.dirty.push(leaf);
         }
+    }
+
+    fn add_movement(&mut self, leaf: u32, movement: i64) {
+        let sum = &mut self.movement[leaf as usize];
+        if *sum == 0 && movement > 0 {
+            self.moved.push(leaf);
+        }
+        *sum += movement;
     }
 }
 
@@ -89,7 +101,12 @@ impl Vmi {
             drifts: [Drift::new(), Drift::new()],
             tournament: Tournament::new(Vec::new()),
             step: 0,
-            work: Work { dirty_stamps: vec![0; leaves], new_row: vec![0; views], ..Work::default() },
+            work: Work {
+                dirty_stamps: vec![0; leaves],
+                movement: vec![0; leaves],
+                new_row: vec![0; views],
+                ..Work::default()
+            },
         };
         for (view, [front, second]) in fronts {
             vmi.count_pair(areas, view, [front, second], 1);
@@ -118,29 +135,43 @@ impl Vmi {
 
     /// Adds `sign` times what the pair contributes to its front leaf's change.
     fn add_pair(&mut self, areas: &Areas, pair: u32, sign: i64) {
-        let second = self.pairs.get(pair).second as usize;
-        self.add_pair_with(areas.row(second), areas.total(second), pair, sign);
-    }
-
-    fn add_pair_with(&mut self, row: &[u32], total: u32, pair: u32, sign: i64) {
         let record = self.pairs.get(pair);
-        let views = row.len();
-        let local = &mut self.local[record.front as usize * views..][..views];
+        let second = record.second as usize;
+        let (row, total) = (areas.row(second), areas.total(second));
+        let local = &mut self.local[record.front as usize * row.len()..][..row.len()];
         let log_after = self.log.log2(total + record.total);
         let log_change = sign * (self.log.log2(total) - log_after);
         for (local, &area) in local.iter_mut().zip(row) {
             *local += i64::from(area) * log_change;
         }
         let counts = self.pairs.counts(pair);
-        let mut seen = record.seen;
-        while seen != 0 {
-            let view = seen.trailing_zeros() as usize;
-            seen &= seen - 1;
-            let (before, handed) = (row[view], counts[view]);
-            let after = before + handed;
-            let gain = i64::from(after) * self.log.log2(after) - i64::from(before) * self.log.log2(before);
-            local[view] += sign * (gain - i64::from(handed) * log_after);
+        for view in record.seen_views() {
+            local[view] += sign * self.log.handed_over(row[view], counts[view], log_after);
         }
+    }
+
+    /// Takes the pair from the state in which its second leaf has the areas `old` to that with `new` (row and sum of each),
+    /// and gives a bound of how far its front leaf's error moves.
+    fn move_pair(&mut self, pair: u32, old: (&[u32], u32), new: (&[u32], u32)) -> i64 {
+        let record = self.pairs.get(pair);
+        let views = old.0.len();
+        let local = &mut self.local[record.front as usize * views..][..views];
+        let log_after = [old.1, new.1].map(|total| self.log.log2(total + record.total));
+        let log_change = [self.log.log2(old.1) - log_after[0], self.log.log2(new.1) - log_after[1]];
+        let mut movement = 0;
+        for ((local, &old), &new) in local.iter_mut().zip(old.0).zip(new.0) {
+            let change = i64::from(new) * log_change[1] - i64::from(old) * log_change[0];
+            *local += change;
+            movement += change.abs();
+        }
+        let counts = self.pairs.counts(pair);
+        for view in record.seen_views() {
+            let change = self.log.handed_over(new.0[view], counts[view], log_after[1])
+                - self.log.handed_over(old.0[view], counts[view], log_after[0]);
+            local[view] += change;
+            movement += change.abs();
+        }
+        movement
     }
 
     /// Counts pixels of one view in which `front` hides `second`.
@@ -170,13 +201,12 @@ impl Vmi {
     /// Corrects every pair behind whose front leaf stands a leaf whose row is about to change, unless its own counts
     /// change too.
     fn move_row(&mut self, areas: &Areas, second: usize, new_row: &[u32], new_total: u32) {
+        let old = (areas.row(second), areas.total(second));
         let behind = std::mem::take(self.pairs.behind_others_mut(second as u32));
         for &pair in &behind {
-            let record = self.pairs.get(pair);
-            if record.stamp != self.step + 1 {
-                self.work.mark(record.front, self.step);
-                self.add_pair_with(areas.row(second), areas.total(second), pair, -1);
-                self.add_pair_with(new_row, new_total, pair, 1);
+            if self.pairs.get(pair).stamp != self.step + 1 {
+                let movement = self.move_pair(pair, old, (new_row, new_total));
+                self.work.add_movement(self.pairs.get(pair).front, movement);
             }
         }
         *self.pairs.behind_others_mut(second as u32) = behind;
@@ -206,6 +236,10 @@ impl Vmi {
 
     /// The exact error of pruning `leaf`, in fixed point; with the background, times the pixels of a view.
     pub fn error(&self, areas: &Areas, leaf: u32) -> i64 {
+        if self.background && !self.depends_on_bottoms(leaf) {
+            let local = &self.local[leaf as usize * areas.views..][..areas.views];
+            return local.iter().map(|change| change.abs()).sum();
+        }
         if self.background {
             return self.f_changes(areas, leaf).map(i64::abs).sum();
         }
@@ -234,12 +268,14 @@ impl Vmi {
         (self.error(areas, leaf), EXACT | tie_break(areas, leaf))
     }
 
-    /// An exact key, or a lower bound that holds until the epoch ends.
+    /// An exact key, or where background or wood can change the error, a lower bound that holds until the epoch ends.
     fn key(&self, areas: &Areas, leaf: u32) -> Key {
-        let (error, tie_break) = self.exact_key(areas, leaf);
-        if !self.background || !self.depends_on_bottoms(leaf) {
-            return (error, tie_break);
-        }
+        let exact = self.exact_key(areas, leaf);
+        if self.background && self.depends_on_bottoms(leaf) { self.bound(exact.0, leaf) } else { exact }
+    }
+
+    /// The bound of an error that is exact now.
+    fn bound(&self, error: i64, leaf: u32) -> Key {
         let allowance: f64 = (0..BOTTOMS)
             .map(|bottom| (self.uncovered_totals[bottom][leaf as usize], &self.drifts[bottom]))
             .map(|(uncovered, drift)| if uncovered > 0 { drift.allowance(uncovered) } else { 0.0 })
@@ -247,11 +283,11 @@ impl Vmi {
         // Each of four products a L(A) a term is off by at most half a step times its area, before and after.
         let rounding = 4 * self.pixels as i64 * BOTTOMS as i64;
         let allowance = (allowance * (1_u64 << self.log.fraction_bits()) as f64).ceil() as i64;
-        (error.saturating_sub(allowance).saturating_sub(rounding), tie_break & !EXACT)
+        (error.saturating_sub(allowance).saturating_sub(rounding), u64::from(leaf))
     }
 
     fn depends_on_bottoms(&self, leaf: u32) -> bool {
-        !self.background || self.uncovered_totals.iter().any(|totals| totals[leaf as usize] > 0)
+        self.uncovered_totals.iter().any(|totals| totals[leaf as usize] > 0)
     }
 
     /// Errors that every step changes are computed again as long as they might be the least.
@@ -293,24 +329,53 @@ impl Vmi {
         holds && (self.background || areas.pending() == 0)
     }
 
+    /// Errors that were made exact for a choice go back to bounds, before anything moves.
+    fn retire_exact(&mut self) {
+        for leaf in std::mem::take(&mut self.work.exact) {
+            let key = self.tournament.key(leaf);
+            if key != OUT && key.1 & EXACT != 0 && self.depends_on_bottoms(leaf) {
+                self.tournament.set(leaf, self.bound(key.0, leaf));
+            }
+        }
+    }
+
     fn refresh_keys(&mut self, areas: &Areas, epoch_holds: bool) {
         if !epoch_holds {
             self.drifts.iter_mut().for_each(Drift::start_epoch);
             for leaf in 0..areas.leaves as u32 {
-                if self.tournament.key(leaf) != OUT && self.depends_on_bottoms(leaf) {
+                if self.tournament.key(leaf) != OUT && (!self.background || self.depends_on_bottoms(leaf)) {
                     self.work.mark(leaf, self.step);
                 }
             }
         }
-        let dirty = std::mem::take(&mut self.work.dirty);
-        for &leaf in dirty.iter().chain(&self.work.exact) {
+        let mut moved = std::mem::take(&mut self.work.moved);
+        for leaf in moved.drain(..) {
+            let movement = std::mem::take(&mut self.work.movement[leaf as usize]);
+            let key = self.tournament.key(leaf);
+            if key != OUT && self.work.dirty_stamps[leaf as usize] != self.step {
+                self.tournament.set(leaf, (key.0.saturating_sub(movement), u64::from(leaf)));
+            }
+        }
+        self.work.moved = moved;
+        let mut dirty = std::mem::take(&mut self.work.dirty);
+        for leaf in dirty.drain(..) {
             if self.tournament.key(leaf) != OUT {
                 self.tournament.set(leaf, self.key(areas, leaf));
             }
         }
-        self.work.exact.clear();
         self.work.dirty = dirty;
-        self.work.dirty.clear();
+    }
+
+    /// A leaf that stands behind others in more or fewer pixels than before: where its error is exact its tie-break moves.
+    fn refresh_tie_breaks(&mut self, areas: &Areas, changes: &[&[Change]]) {
+        for leaf in changes.iter().copied().flatten().flat_map(|change| [change.from[1], change.to[1]]) {
+            if (leaf as usize) < areas.leaves {
+                let key = self.tournament.key(leaf);
+                if key != OUT && key.1 & EXACT != 0 {
+                    self.tournament.set(leaf, (key.0, EXACT | tie_break(areas, leaf)));
+                }
+            }
+        }
     }
 }
 
@@ -324,16 +389,12 @@ impl Criterion for Vmi {
     fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32) {
         self.step += 1;
         self.tournament.set(pruned, OUT);
+        self.retire_exact();
         for (view, changes) in changes.iter().enumerate() {
             for change in *changes {
                 areas.collect(view, change);
                 self.count_pair(areas, view, change.from, -(change.count as i32));
                 self.count_pair(areas, view, change.to, change.count as i32);
-                for second in [change.from[1], change.to[1]] {
-                    if (second as usize) < areas.leaves {
-                        self.work.mark(second, self.step);
-                    }
-                }
             }
         }
         let mut new_row = std::mem::take(&mut self.work.new_row);
@@ -353,14 +414,17 @@ impl Criterion for Vmi {
         }
         self.work.new_row = new_row;
         areas.commit();
-        for pair in std::mem::take(&mut self.work.touched_pairs) {
+        let mut touched_pairs = std::mem::take(&mut self.work.touched_pairs);
+        for pair in touched_pairs.drain(..) {
             if self.pairs.get(pair).total == 0 {
                 self.pairs.remove(pair);
             } else {
                 self.add_pair(areas, pair, 1);
             }
         }
+        self.work.touched_pairs = touched_pairs;
         self.refresh_keys(areas, epoch_holds);
+        self.refresh_tie_breaks(areas, changes);
     }
 
     fn bytes(&self) -> usize {

@@ -55,7 +55,11 @@ pub fn vertex(position: Vec3, normal: Vec3, uv: [f32; 2]) -> Vertex {
 
 /// An empty plant with one opaque material.
 pub fn bare(name: &str) -> Plant {
-    Plant { name: name.into(), materials: vec![Material { name: "leaf".into(), ..Material::default() }], ..Plant::default() }
+    Plant {
+        name: name.into(),
+        materials: vec![Material { name: "leaf".into(), ..Material::default() }],
+        ..Plant::default()
+    }
 }
 
 /// Adds a flat card: base edge at `base`, `along` to the tip, `across` sideways; pivot in the middle of the base edge.

@@ -1,0 +1,376 @@
+//! The whole simplification written from its formulas, without any cleverness: every candidate of every step is drawn and
+//! counted again. Shares no code with the library; slow.
+
+use foliage_lod::{Plant, material::Wrap, model::Prune};
+use glam::{DVec2, DVec3, Vec3};
+
+pub struct Naive<'a> {
+    plant: &'a Plant,
+    resolution: usize,
+    background: bool,
+    max_scale: f64,
+    center: DVec3,
+    radius: f64,
+    /// (right, up, toward) of each view.
+    cameras: Vec<[DVec3; 3]>,
+    /// Alpha of each material's texture: width, height and whether each texel covers.
+    masks: Vec<Option<(usize, usize, Vec<bool>)>>,
+    fraction_bits: u32,
+    /// log2 of every possible area, in fixed point.
+    logs: Vec<i64>,
+    scales: Vec<f32>,
+    live: Vec<bool>,
+    /// For each leaf and view, (pixel, depth) at its current scale.
+    drawn: Vec<Vec<Vec<(usize, u32)>>>,
+    /// Nearest wood of each view's pixels.
+    wood: Vec<Vec<u32>>,
+}
+
+const NEAR: f64 = 0.1;
+const DISTANCE: f64 = 3.0;
+
+impl<'a> Naive<'a> {
+    pub fn new(plant: &'a Plant, resolution: u32, background: bool, max_scale: f32) -> Self {
+        let corners: Vec<DVec3> =
+            plant.vertices.iter().chain(&plant.wood.vertices).map(|v| Vec3::from(v.position).as_dvec3()).collect();
+        let low = corners.iter().copied().reduce(DVec3::min).unwrap();
+        let high = corners.iter().copied().reduce(DVec3::max).unwrap();
+        let center = (low + high) * 0.5;
+        let radius = corners.iter().map(|&p| p.distance_squared(center)).fold(0.0, f64::max).sqrt();
+        let phi = (1.0 + 5.0_f64.sqrt()) / 2.0;
+        let mut vertices = Vec::new();
+        let signs = [1.0, -1.0];
+        for x in signs {
+            for y in signs {
+                vertices.extend(signs.map(|z| DVec3::new(x, y, z)));
+                for rotation in 0..3 {
+                    let rectangle = [0.0, x / phi, y * phi];
+                    vertices.push(DVec3::from_array([0, 1, 2].map(|axis| rectangle[(axis + rotation) % 3])));
+                }
+            }
+        }
+        // The library lists the cube first; the order of views has no influence on any sum.
+        let cameras = vertices.into_iter().map(|vertex| {
+            let toward = vertex / vertex.dot(vertex).sqrt();
+            let across = DVec3::Y.cross(toward);
+            let right = across / across.dot(across).sqrt();
+            [right, toward.cross(right), toward]
+        });
+        let pixels = 20 * (resolution as u64).pow(2);
+        let area = pixels as f64;
+        let fraction_bits = (62 - (area * area.log2()).log2().ceil() as u32 - 1).min(36);
+        let mut naive = Self {
+            plant,
+            resolution: resolution as usize,
+            background,
+            max_scale: f64::from(max_scale),
+            center,
+            radius,
+            cameras: cameras.collect(),
+            masks: plant.materials.iter().map(|material| mask(plant, material)).collect(),
+            fraction_bits,
+            logs: (0..=pixels).map(|n| log2(n, fraction_bits)).collect(),
+            scales: vec![1.0; plant.leaves.len()],
+            live: vec![true; plant.leaves.len()],
+            drawn: Vec::new(),
+            wood: Vec::new(),
+        };
+        naive.drawn = (0..plant.leaves.len()).map(|leaf| naive.draw(leaf)).collect();
+        naive.wood = (0..20).map(|view| naive.draw_wood(view)).collect();
+        naive
+    }
+
+    /// Prunes all leaves but one.
+    pub fn run(&mut self) -> Vec<Prune> {
+        let mut prunes = Vec::new();
+        while self.live.iter().filter(|&&live| live).count() > 1 {
+            let areas = self.count(None);
+            let candidates = (0..self.live.len()).filter(|&leaf| self.live[leaf]);
+            let seconds = self.count_seconds();
+            let before = self.information(&areas);
+            let error = |leaf| self.error(&before, &self.count(Some(leaf)));
+            let (error, _, leaf) = candidates.map(|leaf| (error(leaf), seconds[leaf], leaf)).min().unwrap();
+            let seen = areas[leaf].iter().sum::<u64>() > 0;
+            self.live[leaf] = false;
+            let target = self.nearest(leaf);
+            if seen {
+                let area = |leaf: usize| self.surface(leaf).0 * f64::from(self.scales[leaf]).powi(2);
+                let grown = ((area(target) + area(leaf)) / self.surface(target).0).sqrt();
+                self.scales[target] = grown.min(self.max_scale) as f32;
+                self.drawn[target] = self.draw(target);
+            }
+            let pixels = if self.background { self.resolution.pow(2) as f64 } else { 1.0 };
+            prunes.push(Prune {
+                leaf: leaf as u32,
+                target: target as u32,
+                target_scale: self.scales[target],
+                error: (error as f64 / (1_u64 << self.fraction_bits) as f64 / pixels) as f32,
+            });
+        }
+        prunes
+    }
+
+    /// Visible areas of leaves, background and wood, with one leaf left out.
+    pub fn count(&self, without: Option<usize>) -> Vec<Vec<u64>> {
+        let mut areas = vec![vec![0; 20]; self.live.len() + 2];
+        for view in 0..20 {
+            for (_, front) in self.nearest_fragments(view, without, None) {
+                areas[front][view] += 1;
+            }
+        }
+        areas
+    }
+
+    /// For each row, the pixels in which it stands directly behind the frontmost.
+    fn count_seconds(&self) -> Vec<u64> {
+        let mut seconds = vec![0; self.live.len() + 2];
+        for view in 0..20 {
+            let front = self.nearest_fragments(view, None, None);
+            for (_, second) in self.nearest_fragments(view, None, Some(&front)) {
+                seconds[second] += 1;
+            }
+        }
+        seconds
+    }
+
+    /// The nearest (depth, row) at every pixel, of those behind `behind` where it is given.
+    fn nearest_fragments(
+        &self,
+        view: usize,
+        without: Option<usize>,
+        behind: Option<&[(u32, usize)]>,
+    ) -> Vec<(u32, usize)> {
+        let leaves = self.live.len();
+        let bottom = |&depth: &u32| if depth == u32::MAX { (depth, leaves) } else { (depth, leaves + 1) };
+        let mut nearest: Vec<(u32, usize)> = self.wood[view].iter().map(bottom).collect();
+        for leaf in (0..leaves).filter(|&leaf| self.live[leaf] && Some(leaf) != without) {
+            for &(pixel, depth) in &self.drawn[leaf][view] {
+                let is_behind = behind.is_none_or(|front| (depth, leaf) > front[pixel]);
+                if is_behind && (depth, leaf) < nearest[pixel] {
+                    nearest[pixel] = (depth, leaf);
+                }
+            }
+        }
+        nearest
+    }
+
+    /// Information of each view, times the pixels of a view where the background counts.
+    fn information(&self, areas: &[Vec<u64>]) -> Vec<i64> {
+        let background = self.live.len();
+        let rows: Vec<&Vec<u64>> = areas
+            .iter()
+            .enumerate()
+            .filter(|&(row, _)| self.background || row != background)
+            .map(|(_, row)| row)
+            .collect();
+        let totals: Vec<u64> = rows.iter().map(|row| row.iter().sum()).collect();
+        let all = totals.iter().sum();
+        (0..20)
+            .map(|view| {
+                let rows = || rows.iter().zip(&totals).map(|(row, &total)| (row[view], total));
+                let sum: i64 = rows().map(|(area, total)| area as i64 * (self.log(area) - self.log(total))).sum();
+                let covered: u64 = rows().map(|(area, _)| area).sum();
+                match (self.background, covered) {
+                    (true, _) => sum,
+                    (false, 0) => 0,
+                    (false, _) => sum.div_euclid(covered as i64) + self.log(all) - self.log(covered),
+                }
+            })
+            .collect()
+    }
+
+    fn error(&self, before: &[i64], without: &[Vec<u64>]) -> i64 {
+        before.iter().zip(self.information(without)).map(|(before, after)| (after - before).abs()).sum()
+    }
+
+    fn log(&self, area: u64) -> i64 {
+        self.logs[area as usize]
+    }
+
+    fn surface(&self, leaf: usize) -> (f64, Vec3) {
+        let indices = &self.plant.indices[self.plant.leaves[leaf].index_range()];
+        let (mut area, mut weighted) = (0.0, DVec3::ZERO);
+        for corners in indices.chunks(3) {
+            let [a, b, c] = [0, 1, 2].map(|i| Vec3::from(self.plant.vertices[corners[i] as usize].position).as_dvec3());
+            let doubled = (b - a).cross(c - a).length();
+            area += doubled;
+            weighted += (a + b + c) * (doubled / 3.0);
+        }
+        (area * 0.5, (weighted / area).as_vec3())
+    }
+
+    fn nearest(&self, leaf: usize) -> usize {
+        let from = self.surface(leaf).1.as_dvec3();
+        let distance = |other: usize| (self.surface(other).1.as_dvec3() - from).length_squared();
+        let live = (0..self.live.len()).filter(|&other| self.live[other]);
+        live.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap()
+    }
+
+    /// A leaf's fragments in every view at its current scale.
+    fn draw(&self, leaf: usize) -> Vec<Vec<(usize, u32)>> {
+        let record = &self.plant.leaves[leaf];
+        let unit = |p: [f32; 3]| (Vec3::from(p).as_dvec3() - self.center) / self.radius;
+        let pivot = unit(record.pivot);
+        let offset = |index: u32| unit(self.plant.vertices[index as usize].position) - pivot;
+        let reach = record.vertex_range().map(|i| offset(i as u32).length()).fold(0.0, f64::max);
+        let scale = f64::from(self.scales[leaf]);
+        let mut views = vec![Vec::new(); 20];
+        let mut plane: Option<(DVec3, f64)> = None;
+        for corners in self.plant.indices[record.index_range()].chunks(3) {
+            let offsets = [0, 1, 2].map(|i| offset(corners[i]));
+            let in_plane =
+                |(normal, level): (DVec3, f64)| offsets.iter().all(|o| (normal.dot(*o) - level).abs() <= reach * 1e-4);
+            if !plane.is_some_and(in_plane) {
+                let normal = (offsets[1] - offsets[0]).cross(offsets[2] - offsets[0]).normalize();
+                let level = normal.dot(offsets[0]);
+                plane = Some((normal, if level.abs() <= reach * 1e-4 { 0.0 } else { level }));
+            }
+            let (normal, level) = plane.unwrap();
+            let plane = (normal, normal.dot(pivot) + level * scale);
+            let uv = [0, 1, 2].map(|i| self.plant.vertices[corners[i] as usize].uv);
+            let wrap = self.plant.materials[record.material as usize].wrap;
+            let mask = self.masks[record.material as usize].as_ref().map(|mask| (mask, wrap, uv));
+            for (view, fragments) in views.iter_mut().enumerate() {
+                let pivot_w = DISTANCE - pivot.dot(self.cameras[view][2]);
+                let swing = reach * self.max_scale;
+                let range = [1.0 / (pivot_w + swing), 1.0 / (pivot_w - swing).max(NEAR)];
+                self.draw_triangle(view, offsets.map(|o| pivot + o * scale), plane, range, mask, fragments);
+            }
+        }
+        for fragments in &mut views {
+            fragments.sort();
+            fragments.dedup_by_key(|fragment| fragment.0);
+        }
+        views
+    }
+
+    fn draw_wood(&self, view: usize) -> Vec<u32> {
+        let mut nearest = vec![u32::MAX; self.resolution.pow(2)];
+        let unit =
+            |i: u32| (Vec3::from(self.plant.wood.vertices[i as usize].position).as_dvec3() - self.center) / self.radius;
+        let reach = (0..self.plant.wood.vertices.len() as u32).map(|i| unit(i).length()).fold(0.0, f64::max);
+        for corners in self.plant.wood.indices.chunks(3) {
+            let corners = [0, 1, 2].map(|i| unit(corners[i]));
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+            let range =
+                [1.0 / (DISTANCE + reach * self.max_scale), 1.0 / (DISTANCE - reach * self.max_scale).max(NEAR)];
+            let mut fragments = Vec::new();
+            self.draw_triangle(view, corners, (normal, normal.dot(corners[0])), range, None, &mut fragments);
+            for (pixel, depth) in fragments {
+                nearest[pixel] = nearest[pixel].min(depth);
+            }
+        }
+        nearest
+    }
+
+    /// Tests every pixel of the view.
+    fn draw_triangle(
+        &self,
+        view: usize,
+        corners: [DVec3; 3],
+        (normal, level): (DVec3, f64),
+        range: [f64; 2],
+        mask: Option<(&(usize, usize, Vec<bool>), [Wrap; 2], [[f32; 2]; 3])>,
+        fragments: &mut Vec<(usize, u32)>,
+    ) {
+        let [right, up, toward] = self.cameras[view];
+        let w = corners.map(|corner| DISTANCE - corner.dot(toward));
+        if w.iter().any(|&w| w <= NEAR) {
+            return;
+        }
+        let pixels_per_tan = self.resolution as f64 * 8.0_f64.sqrt() / 2.0;
+        let middle = self.resolution as f64 / 2.0 - 0.5;
+        let snapped = [0, 1, 2].map(|i| {
+            let x = middle + corners[i].dot(right) / w[i] * pixels_per_tan;
+            let y = middle - corners[i].dot(up) / w[i] * pixels_per_tan;
+            ((x * 256.0).round_ties_even() as i64, (y * 256.0).round_ties_even() as i64)
+        });
+        for pixel in 0..self.resolution.pow(2) {
+            let (x, y) = (pixel % self.resolution, pixel / self.resolution);
+            if !inside(snapped, (x as i64 * 256, y as i64 * 256)) {
+                continue;
+            }
+            if let Some((mask, wrap, uv)) = mask
+                && !alpha_covers(mask, wrap, uv, snapped, w, (x, y))
+            {
+                continue;
+            }
+            // The ray eye + w (x right + y up - toward) meets the plane.
+            let (ray_x, ray_y) = ((x as f64 - middle) / pixels_per_tan, (middle - y as f64) / pixels_per_tan);
+            let ray = right * ray_x + up * ray_y - toward;
+            let from_eye = level - normal.dot(toward * DISTANCE);
+            let inv_w = normal.dot(ray) / from_eye;
+            let inv_w = inv_w.clamp(range[0], range[1]);
+            fragments.push((pixel, ((1.0 / NEAR - inv_w) * NEAR * f64::from(u32::MAX)) as u32));
+        }
+    }
+}
+
+/// Digit by digit, rounded to the nearest step; 0 for 0.
+fn log2(n: u64, fraction_bits: u32) -> i64 {
+    if n == 0 {
+        return 0;
+    }
+    let whole = n.ilog2();
+    let mut mantissa = u128::from(n) << (63 - whole);
+    let mut fraction = 0_i64;
+    for _ in 0..=fraction_bits {
+        mantissa = (mantissa * mantissa) >> 63;
+        let digit = mantissa >> 64;
+        mantissa >>= digit;
+        fraction = fraction * 2 + digit as i64;
+    }
+    (i64::from(whole) << fraction_bits) + (fraction + 1) / 2
+}
+
+/// Strictly inside, or on an edge that is a top or a left one.
+fn inside(mut corners: [(i64, i64); 3], sample: (i64, i64)) -> bool {
+    let side = |a: (i64, i64), b: (i64, i64), p: (i64, i64)| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
+    let area = side(corners[0], corners[1], corners[2]);
+    if area < 0 {
+        corners.reverse();
+    }
+    area != 0
+        && (0..3).all(|i| {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            let top_or_left = b.1 < a.1 || (a.1 == b.1 && b.0 > a.0);
+            let side = side(a, b, sample);
+            side > 0 || (side == 0 && top_or_left)
+        })
+}
+
+/// The texel under a pixel, by the `f32` planes over the screen that the library documents.
+fn alpha_covers(
+    (width, height, covers): &(usize, usize, Vec<bool>),
+    wrap: [Wrap; 2],
+    uv: [[f32; 2]; 3],
+    corners: [(i64, i64); 3],
+    w: [f64; 3],
+    (x, y): (usize, usize),
+) -> bool {
+    let [a, b, c] = corners.map(|(x, y)| DVec2::new(x as f64 / 256.0, y as f64 / 256.0));
+    let anchor = a.floor();
+    let area = (b - a).perp_dot(c - a);
+    let at = (x as f32 - anchor.x as f32, y as f32 - anchor.y as f32);
+    let plane = |values: [f64; 3]| {
+        let (to_b, to_c) = (values[1] - values[0], values[2] - values[0]);
+        let per_x = (to_b * (c - a).y - to_c * (b - a).y) / area;
+        let per_y = (to_c * (b - a).x - to_b * (c - a).x) / area;
+        let origin = values[0] + per_x * (anchor.x - a.x) + per_y * (anchor.y - a.y);
+        per_x as f32 * at.0 + per_y as f32 * at.1 + origin as f32
+    };
+    let q = plane(w.map(|w| 1.0 / w));
+    let texel = |axis: usize, size: usize| {
+        assert_eq!(wrap[axis], Wrap::Repeat, "the other modes are tested beside the rasteriser");
+        let coordinate = plane([0, 1, 2].map(|i| f64::from(uv[i][axis]) / w[i])) / q;
+        (coordinate * size as f32).floor().rem_euclid(size as f32) as usize
+    };
+    covers[texel(1, *height) * width + texel(0, *width)]
+}
+
+fn mask(plant: &Plant, material: &foliage_lod::material::Material) -> Option<(usize, usize, Vec<bool>)> {
+    let image = image::load_from_memory(&plant.textures[material.texture? as usize].bytes).unwrap().into_rgba8();
+    let covers =
+        image.pixels().map(|texel| f64::from(texel.0[3]) / 255.0 >= f64::from(material.cutoff().unwrap())).collect();
+    Some((image.width() as usize, image.height() as usize, covers))
+}
