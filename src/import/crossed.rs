@@ -59,7 +59,7 @@ fn near_pairs(cards: &[Card]) -> Vec<(f64, [usize; 2])> {
     for (i, card) in cards.iter().enumerate() {
         let near = cells_about(card).filter_map(|cell| filed.get(&cell)).flatten().take(MAX_COMPARED);
         pairs.extend(near.filter_map(|&other| Some((distance(&cards[other], card)?, [other, i]))));
-        filed.entry(cell(card, level(card))).or_default().push(i);
+        filed.entry(cell(card.center, level(card))).or_default().push(i);
     }
     pairs.sort_by(|(a, cards_a), (b, cards_b)| a.total_cmp(b).then(cards_a.cmp(cards_b)));
     pairs
@@ -91,7 +91,7 @@ fn reaches(cards: &[Card], pairs: &[(f64, [usize; 2])]) -> BTreeMap<u32, f64> {
     nearest_of.into_iter().filter_map(|(material, nearest)| Some((material, reach(nearest)?))).collect()
 }
 
-/// Place in a grid whose cells are as wide as the reach of cards of `level`, and the level.
+/// Place in the grid of one level.
 type Cell = ([i64; 3], i32);
 
 /// Cards of level `l` are between 2^(l-1) and 2^l in size.
@@ -99,22 +99,25 @@ fn level(card: &Card) -> i32 {
     card.size.max(f64::MIN_POSITIVE).log2().ceil() as i32
 }
 
-fn cell(card: &Card, level: i32) -> Cell {
-    let width = f64::from(level).exp2() * SAME_CENTER;
-    (card.center.to_array().map(|value| (value / width).floor() as i64), level)
+/// How far from a card's centre another of `level` may be that crosses it.
+fn reach(level: i32) -> f64 {
+    f64::from(level).exp2() * SAME_CENTER
+}
+
+/// Cells are twice as wide as the reach: what a card may cross lies in at most two along each axis.
+fn cell(point: DVec3, level: i32) -> Cell {
+    (point.to_array().map(|value| (value / (2.0 * reach(level))).floor() as i64), level)
 }
 
 /// The cells in which a card that crosses `card` may be filed.
 fn cells_about(card: &Card) -> impl Iterator<Item = Cell> + use<> {
-    let card = *card;
-    let steps = || -1..=1;
-    (level(&card) - 1..=level(&card) + 1).flat_map(move |level| {
-        let ([x, y, z], _) = cell(&card, level);
-        steps().flat_map(move |i| {
-            steps().flat_map(move |j| {
-                steps().map(move |k| ([x.saturating_add(i), y.saturating_add(j), z.saturating_add(k)], level))
-            })
-        })
+    let own = level(card);
+    let center = card.center;
+    (own - 1..=own + 1).flat_map(move |level| {
+        let reach = reach(level.min(own));
+        let [([x, y, z], _), ([to_x, to_y, to_z], _)] = [cell(center - reach, level), cell(center + reach, level)];
+        let plane = (x..=to_x).flat_map(move |x| (y..=to_y).map(move |y| [x, y]));
+        plane.flat_map(move |[x, y]| (z..=to_z).map(move |z| ([x, y, z], level)))
     })
 }
 

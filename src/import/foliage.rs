@@ -2,7 +2,7 @@
 //!
 //! Foliage is many small pieces, each a *sheet*: a surface with a rim, flat or bent, where a branch is a tube whose normals
 //! cancel out. Of materials that alpha cuts out a few sheets are enough (a fern has nine fronds); opaque ones must be
-//! many, alike in size and small. Names decide nothing. On the 21 trees this was tuned on, the area-weighted sum of a
+//! many, alike in size and small. Names decide nothing. On the 22 files this was tuned on, the area-weighted sum of a
 //! leaf's normals was never shorter than 0.54 of its area and that of a branch never longer than 0.13.
 //!
 //! Limits: solid opaque leaves and needles modelled as tubes are taken for wood; name them to import them.
@@ -200,4 +200,78 @@ fn without_twins(triangles: &[[[f32; 3]; 3]]) -> Vec<[[f32; 3]; 3]> {
         seen.insert(key)
     };
     triangles.iter().filter(is_first).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{leaf::Vertex, material::Material};
+    use glam::DAffine3;
+
+    /// `count` unit cards in a row, and a tube of four sides under them, in one mesh.
+    fn row(count: u16, alpha: AlphaMode, tube: bool) -> Source {
+        let mut mesh = Mesh::default();
+        let mut quad = |corners: [[f32; 3]; 4]| {
+            let first = mesh.vertices.len() as u32;
+            mesh.vertices.extend(corners.map(|position| Vertex { position, ..bytemuck::Zeroable::zeroed() }));
+            mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|corner| corner + first));
+        };
+        for x in (0..count).map(|i| f32::from(i) * 3.0) {
+            quad([[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 1.0, 0.0], [x, 1.0, 0.0]]);
+        }
+        let ring = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        for side in 0..if tube { 4 } else { 0 } {
+            let [[x, z], [to_x, to_z]] = [ring[side], ring[(side + 1) % 4]];
+            quad([[x, -9.0, z], [to_x, -9.0, to_z], [to_x, -1.0, to_z], [x, -1.0, z]]);
+        }
+        Source {
+            parts: vec![Part { name: "node".into(), mesh: 0, places: vec![DAffine3::IDENTITY] }],
+            meshes: vec![mesh],
+            materials: vec![Material { name: "green".into(), ..Material::default() }],
+            stated_alpha: vec![alpha],
+            ..Source::default()
+        }
+    }
+
+    fn judge_row(source: &Source, named: Option<&str>) -> Result<Judgement, Fault> {
+        let mesh = &source.meshes[0];
+        let pieces = super::super::pieces::pieces(&mesh.vertices, &mesh.indices);
+        judge(source, &[pieces], named).map(|judgements| judgements[0].clone())
+    }
+
+    #[test]
+    fn few_sheets_are_foliage_only_when_alpha_cuts_them_out() {
+        let verdict = |count, alpha| judge_row(&row(count, alpha, false), None).unwrap().verdict;
+        assert_eq!(verdict(4, AlphaMode::Mask), Verdict::Leaf);
+        assert_eq!(verdict(4, AlphaMode::Blend), Verdict::Leaf);
+        assert_eq!(verdict(3, AlphaMode::Mask), Verdict::Wood);
+        assert_eq!(verdict(15, AlphaMode::Opaque), Verdict::Wood);
+        assert_eq!(verdict(16, AlphaMode::Opaque), Verdict::Leaf);
+    }
+
+    #[test]
+    fn a_trunk_in_the_leaves_material_stays_wood() {
+        let judgement = judge_row(&row(20, AlphaMode::Mask, true), None).unwrap();
+        assert_eq!(judgement.verdict, Verdict::Leaf);
+        assert_eq!(judgement.is_leaf.iter().position(|is_leaf| !is_leaf), Some(20));
+        assert!(judgement.reason.contains("1 pieces"), "{}", judgement.reason);
+    }
+
+    #[test]
+    fn a_name_overrides_the_shape_and_must_exist() {
+        let source = row(2, AlphaMode::Opaque, true);
+        for name in ["green", "node"] {
+            assert!(judge_row(&source, Some(name)).unwrap().is_leaf.iter().all(|is_leaf| *is_leaf));
+        }
+        assert!(matches!(judge_row(&source, Some("Green")), Err(Fault::UnknownName { .. })));
+    }
+
+    #[test]
+    fn doubled_sheets_are_open_and_tubes_are_not() {
+        let [a, b, c] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_eq!(openness(&[[a, b, c], [a, c, b]]), 0.0);
+        assert_eq!(openness(&without_twins(&[[a, b, c], [a, c, b]])), 1.0);
+        let tube = row(0, AlphaMode::Mask, true);
+        assert!(!shape(&tube.meshes[0], &(0..8).collect::<Vec<_>>(), 1.0).is_sheet);
+    }
 }

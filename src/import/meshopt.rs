@@ -415,3 +415,83 @@ fn quaternion([x, y, z, scale]: [i16; 4]) -> [i16; 4] {
 fn round_half_away(value: f32) -> f32 {
     (value + if value >= 0.0 { 0.5 } else { -0.5 }).trunc()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 17 elements of 4 bytes, in two groups. Column 0 counts up by one, the others stay.
+    fn counting() -> (Vec<u8>, Vec<u8>) {
+        let mut encoded = vec![ATTRIBUTES_HEADER];
+        // Column 0: widths 1 (two bits) and 3 (eight bits). Zigzag of 1 is 2; the first delta is 0 to the tail's element.
+        encoded.push(0b1101);
+        encoded.extend([0b0010_1010, 0b1010_1010, 0b1010_1010, 0b1010_1010]);
+        encoded.extend([2; GROUP]);
+        encoded.extend([0; 3]);
+        encoded.resize(encoded.len() + MIN_TAIL - 4, 0);
+        encoded.extend([5, 1, 2, 3]);
+        let decoded = (0..17).flat_map(|i| [5 + i, 1, 2, 3]).collect();
+        (encoded, decoded)
+    }
+
+    #[test]
+    fn attributes_are_deltas_to_the_element_at_the_end() {
+        let (encoded, decoded) = counting();
+        assert_eq!(decode(&encoded, 17, 4, Mode::Attributes(Filter::None)).unwrap(), decoded);
+        for length in 0..encoded.len() {
+            assert!(decode(&encoded[..length], 17, 4, Mode::Attributes(Filter::None)).is_err());
+        }
+    }
+
+    #[test]
+    fn two_triangles_of_a_strip_share_their_edge() {
+        // Both corners new (table entry 0 is 0), then a new vertex on the newest edge (a, c) of the first.
+        let mut encoded = vec![TRIANGLES_HEADER, 0xf0, 0x00];
+        encoded.extend([0; 16]);
+        let bytes = decode(&encoded, 6, 2, Mode::Triangles).unwrap();
+        assert_eq!(bytes, [0, 1, 2, 0, 2, 3].map(|index: u16| index.to_le_bytes()).concat());
+    }
+
+    #[test]
+    fn index_sequences_follow_two_baselines() {
+        // (value << 1 | baseline), value a zigzag delta: 10 and 12 on baseline 0, 3 on baseline 1, 11 on baseline 0.
+        let encoded = [INDICES_HEADER, 40, 8, 13, 2, 0, 0, 0, 0];
+        let bytes = decode(&encoded, 4, 4, Mode::Indices).unwrap();
+        assert_eq!(bytes, [10, 12, 3, 11].map(|index: u32| index.to_le_bytes()).concat());
+    }
+
+    #[test]
+    fn filters_give_unit_vectors_and_exact_floats() {
+        let mut normals = [0, 0, 127, 0, 127, 0, 127, 9].map(|value: i8| value as u8);
+        undo_filter(&mut normals, 4, Filter::Octahedral).unwrap();
+        assert_eq!(normals, [0, 0, 127, 0, 127, 0, 0, 9]);
+        let mut identity = [0i16, 0, 0, 2047 << 2 | 3].map(i16::to_le_bytes).concat();
+        undo_filter(&mut identity, 8, Filter::Quaternion).unwrap();
+        assert_eq!(shorts(&identity), [0, 0, 0, 32767]);
+        let mut value = (((-2i32) << 24) | 5).to_le_bytes();
+        undo_filter(&mut value, 4, Filter::Exponential).unwrap();
+        assert_eq!(f32::from_le_bytes(value), 1.25);
+    }
+
+    #[test]
+    fn noise_never_panics() {
+        let mut state = 7u64;
+        let mut byte = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 56) as u8
+        };
+        for round in 0..4000 {
+            let length = usize::from(byte());
+            let mut noise: Vec<u8> = (0..length).map(|_| byte()).collect();
+            let [count, stride] = [usize::from(byte()), usize::from(byte() / 4) * 4];
+            let headers = [ATTRIBUTES_HEADER, TRIANGLES_HEADER, INDICES_HEADER];
+            noise.iter_mut().take(1).for_each(|first| *first = headers[round % 3]);
+            for filter in [Filter::None, Filter::Octahedral, Filter::Quaternion, Filter::Exponential] {
+                drop(decode(&noise, count, stride, Mode::Attributes(filter)));
+            }
+            for mode in [Mode::Triangles, Mode::Indices] {
+                drop(decode(&noise, count / 3 * 3, 2 + stride % 3, mode));
+            }
+        }
+    }
+}

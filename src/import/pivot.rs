@@ -10,7 +10,6 @@
 
 use crate::leaf::Vertex;
 use glam::{DVec3, Vec3};
-use std::collections::{HashMap, HashSet};
 
 /// Greatest distance of an attached point to the wood, in leaf sizes.
 const TOUCHES: f64 = 0.15;
@@ -19,55 +18,98 @@ const CLEARS: f64 = 0.25;
 /// Distance between samples of the wood, in median leaf sizes.
 const SAMPLE: f64 = 0.06;
 /// About the most samples that are taken, besides a few for each triangle.
-const MAX_SAMPLES: f64 = 1e6;
+const MAX_SAMPLES: f64 = 3e5;
 
-/// Sampled surface of the wood, filed in cells.
+/// Cubes along one side of a cell. With [`SAMPLE`] a cell is 0.48 median leaf sizes wide: distances up to
+/// [`TOUCHES`] + [`CLEARS`] are found in a cell and its neighbours.
+const CUBES: i64 = 8;
+/// Cells along one axis, so that three places fit a key.
+const MAX_CELLS: i64 = 1 << 18;
+
+/// Sampled surface of the wood, in a grid of cells of cubes; at most one sample in each cube.
 pub(super) struct WoodSurface {
+    /// Least corner of the grid.
+    origin: DVec3,
+    /// Width of a cell.
     cell: f64,
-    samples: HashMap<[i64; 3], Vec<DVec3>>,
+    /// Key of each cell that holds samples, rising.
+    cells: Vec<u64>,
+    /// Where each cell's samples start, then their number.
+    starts: Vec<usize>,
+    /// Samples relative to the origin, by cell.
+    samples: Vec<DVec3>,
 }
 
 impl WoodSurface {
     /// Samples the triangles `wood` for leaves whose median size is `leaf_size`.
     pub(super) fn new(wood: &[[DVec3; 3]], leaf_size: f64) -> Self {
-        let extents = wood.iter().map(extents);
-        let [length, area] = extents.fold([0.0; 2], |[l, a], [length, height]| [l + length, a + length * height]);
+        let corners = || wood.iter().flatten();
+        let origin = corners().copied().reduce(DVec3::min).unwrap_or_default();
+        let widest = corners().map(|corner| (*corner - origin).max_element()).fold(0.0, f64::max);
+        let [length, area] =
+            wood.iter().map(extents).fold([0.0; 2], |[l, a], [length, height]| [l + length, a + length * height]);
         // Samples are about area / spacing^2 + length / spacing: neither term may exceed the limit.
         let coarsest = (area / MAX_SAMPLES).sqrt().max(length / MAX_SAMPLES);
-        let spacing = (leaf_size * SAMPLE).max(coarsest).max(f64::MIN_POSITIVE);
-        let mut surface = Self { cell: (leaf_size * (TOUCHES + CLEARS)).max(spacing * 2.0), samples: HashMap::new() };
-        let mut taken: HashSet<[i64; 3]> = HashSet::new();
-        for corners in wood {
-            for sample in samples(corners, spacing) {
-                if taken.insert(cell_of(sample, spacing)) {
-                    surface.samples.entry(cell_of(sample, surface.cell)).or_default().push(sample);
-                }
+        let finest = widest / (MAX_CELLS * CUBES - 1) as f64;
+        let spacing = (leaf_size * SAMPLE).max(coarsest).max(finest).max(f64::MIN_POSITIVE);
+        let samples = wood.iter().flat_map(|corners| samples(corners, spacing)).map(|sample| sample - origin);
+        let mut filed: Vec<(u64, u64, DVec3)> = samples.map(|sample| file(sample, spacing)).collect();
+        // Stable: of the samples in one cube the first stays.
+        filed.sort_by_key(|&(cell, cube, _)| (cell, cube));
+        filed.dedup_by_key(|&mut (cell, cube, _)| (cell, cube));
+        let mut surface = Self {
+            origin,
+            cell: spacing * CUBES as f64,
+            cells: Vec::new(),
+            starts: Vec::new(),
+            samples: filed.iter().map(|&(_, _, sample)| sample).collect(),
+        };
+        for (i, (cell, ..)) in filed.iter().enumerate() {
+            if surface.cells.last() != Some(cell) {
+                surface.cells.push(*cell);
+                surface.starts.push(i);
             }
         }
+        surface.starts.push(filed.len());
         surface
     }
 
-    /// Distance from `point` to the wood; infinite beyond the width of a cell.
-    fn distance(&self, point: DVec3) -> f64 {
-        let [x, y, z] = cell_of(point, self.cell);
-        let mut nearest = self.cell * self.cell;
-        let mut found = f64::INFINITY;
-        for i in -1..=1 {
-            for j in -1..=1 {
-                for k in -1..=1 {
-                    let cell = [x.saturating_add(i), y.saturating_add(j), z.saturating_add(k)];
-                    for sample in self.samples.get(&cell).into_iter().flatten() {
-                        let squared = sample.distance_squared(point);
-                        if squared <= nearest {
-                            nearest = squared;
-                            found = squared;
-                        }
-                    }
-                }
+    /// Distance from `point` to the nearest sample; infinite when that is farther than `bound` or [`CUBES`] spacings.
+    fn distance(&self, point: DVec3, bound: f64) -> f64 {
+        let point = point - self.origin;
+        let bound = bound.min(self.cell);
+        let [least, greatest] = [place(point - bound, self.cell), place(point + bound, self.cell)];
+        let along = |axis: usize| least[axis].max(0)..=greatest[axis].min(MAX_CELLS - 1);
+        let mut nearest = bound * bound;
+        let mut found = false;
+        let rows = along(0).flat_map(|x| along(1).map(move |y| [x, y])).filter(|_| !along(2).is_empty());
+        for [x, y] in rows {
+            let [from, to] = [along(2).start(), along(2).end()].map(|&z| key([x, y, z]));
+            let first = self.cells.partition_point(|&cell| cell < from);
+            let last = first + self.cells[first..].iter().take_while(|&&cell| cell <= to).count();
+            for sample in &self.samples[self.starts[first]..self.starts[last]] {
+                let squared = sample.distance_squared(point);
+                found |= squared <= nearest;
+                nearest = nearest.min(squared);
             }
         }
-        found.sqrt()
+        if found { nearest.sqrt() } else { f64::INFINITY }
     }
+}
+
+/// The keys of a sample's cell and of its cube within the cell, and the sample.
+fn file(sample: DVec3, spacing: f64) -> (u64, u64, DVec3) {
+    let place = place(sample, spacing).map(|i| i.clamp(0, MAX_CELLS * CUBES - 1));
+    (key(place.map(|i| i / CUBES)), key(place.map(|i| i % CUBES)), sample)
+}
+
+fn place(point: DVec3, width: f64) -> [i64; 3] {
+    point.to_array().map(|value| (value / width).floor() as i64)
+}
+
+/// One number for three below [`MAX_CELLS`]; neighbours along z follow one another.
+fn key([x, y, z]: [i64; 3]) -> u64 {
+    ((x * MAX_CELLS + y) * MAX_CELLS + z) as u64
 }
 
 /// The pivot of a leaf in canonical form, of size `size` (its box's diagonal).
@@ -81,16 +123,19 @@ fn attached(vertices: &[Vertex], indices: &[u32], size: f64, wood: &WoodSurface)
     let edges = indices.chunks_exact(3).flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
     let middles = edges.filter(|[a, b]| a < b).map(|[a, b]| (position(a) + position(b)) * 0.5);
     let corners = (0..vertices.len() as u32).map(position);
-    let mut best = (f64::INFINITY, DVec3::ZERO);
+    let mut nearest = None;
+    let mut bound = size * TOUCHES;
     for point in corners.clone().chain(middles) {
-        let distance = wood.distance(point);
-        if distance < best.0 {
-            best = (distance, point);
+        let distance = wood.distance(point, bound);
+        if distance < bound || nearest.is_none() && distance == bound {
+            nearest = Some(point);
+            bound = distance;
         }
     }
-    let (near, point) = best;
+    let point = nearest?;
     let far_end = corners.max_by(|a, b| a.distance_squared(point).total_cmp(&b.distance_squared(point)))?;
-    (near <= size * TOUCHES && wood.distance(far_end) >= near + size * CLEARS).then_some(point)
+    let clear = bound + size * CLEARS;
+    (wood.distance(far_end, clear) >= clear).then_some(point)
 }
 
 /// Centre of the surface; of the positions' box where the surface has no area.
@@ -111,10 +156,6 @@ pub(super) fn centroid(vertices: &[Vertex], indices: &[u32]) -> DVec3 {
     }
 }
 
-fn cell_of(point: DVec3, width: f64) -> [i64; 3] {
-    point.to_array().map(|value| (value / width).floor() as i64)
-}
-
 /// Length of the longest side of a triangle, and the height above it.
 fn extents(corners: &[DVec3; 3]) -> [f64; 2] {
     let [a, b, c] = longest_first(corners);
@@ -133,13 +174,63 @@ fn longest_first(&[a, b, c]: &[DVec3; 3]) -> [DVec3; 3] {
     }
 }
 
-/// Points on a triangle, at most about `spacing` apart.
+/// Points on a triangle, at most about `spacing` apart and half of that from its border.
 fn samples(corners: &[DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> + use<> {
     let [a, b, c] = longest_first(corners);
-    let [n, m] = extents(corners).map(|extent| (extent / spacing).ceil().clamp(1.0, MAX_SAMPLES));
-    (0..=m as u32).flat_map(move |j| {
-        let up = f64::from(j) / m;
+    let [columns, rows] = extents(corners).map(|extent| (extent / spacing).ceil().clamp(1.0, MAX_SAMPLES));
+    (0..rows as u32).flat_map(move |row| {
+        let up = (f64::from(row) + 0.5) / rows;
         let [left, right] = [a.lerp(c, up), b.lerp(c, up)];
-        (0..=n as u32).map(move |i| left.lerp(right, f64::from(i) / n))
+        (0..columns as u32).map(move |column| left.lerp(right, (f64::from(column) + 0.5) / columns))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn card(corners: [[f32; 3]; 4]) -> (Vec<Vertex>, Vec<u32>) {
+        let vertex = |position| Vertex { position, ..bytemuck::Zeroable::zeroed() };
+        (corners.map(vertex).to_vec(), vec![0, 1, 2, 0, 2, 3])
+    }
+
+    /// A twig along z through (0, 0), as a thin strip.
+    fn twig() -> WoodSurface {
+        let strip = [[-0.01, -9.0], [0.01, -9.0], [0.01, 9.0], [-0.01, 9.0]].map(|[x, z]| DVec3::new(x, 0.0, z));
+        let [a, b, c, d] = strip;
+        WoodSurface::new(&[[a, b, c], [a, c, d]], 1.4)
+    }
+
+    #[test]
+    fn a_card_on_a_twig_is_attached_at_the_middle_of_its_edge() {
+        // Far from the ends of the twig's two long triangles.
+        let (vertices, indices) = card([[-0.5, 0.0, 3.0], [0.5, 0.0, 3.0], [0.5, 1.0, 3.0], [-0.5, 1.0, 3.0]]);
+        assert_eq!(pivot(&vertices, &indices, 1.4, &twig()), [0.0, 0.0, 3.0]);
+    }
+
+    #[test]
+    fn a_card_in_the_air_or_along_the_twig_keeps_its_centroid() {
+        let (air, indices) = card([[4.0, 0.0, 0.0], [5.0, 0.0, 0.0], [5.0, 1.0, 0.0], [4.0, 1.0, 0.0]]);
+        assert_eq!(pivot(&air, &indices, 1.4, &twig()), [4.5, 0.5, 0.0]);
+        let (along, indices) = card([[-0.1, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.0, 1.0], [-0.1, 0.0, 1.0]]);
+        assert_eq!(pivot(&along, &indices, 1.02, &twig()), [0.0, 0.0, 0.5]);
+        let (through, indices) = card([[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]]);
+        assert_eq!(pivot(&through, &indices, 1.4, &twig()), [0.0; 3]);
+    }
+
+    #[test]
+    fn without_wood_or_area_the_centre_remains() {
+        let none = WoodSurface::new(&[], 1.0);
+        let (needle, indices) = card([[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
+        assert_eq!(pivot(&needle, &indices, 4.0, &none), [2.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn extreme_wood_takes_bounded_samples() {
+        let [a, b, c] = [[-3e38, 0.0, 0.0], [3e38, 0.0, 0.0], [0.0, 3e38, 0.0]].map(DVec3::from_array);
+        for leaf_size in [0.0, 1e-30, 1.0, 1e38] {
+            let surface = WoodSurface::new(&[[a, b, c], [a, a, a], [a, b, b]], leaf_size);
+            assert!(surface.samples.len() < 4 * MAX_SAMPLES as usize, "{}", surface.samples.len());
+        }
+    }
 }
