@@ -57,11 +57,13 @@ pub fn grow(species: &Species, options: &GrowOptions) -> Result<Plant> {
     species.validate()?;
     let seed = options.seed.unwrap_or(species.seed);
     let stems = weber_penn::grow_stems(species, seed)?;
+    let paint_leaf = || paint::leaf_texture(&species.leaf, seed);
+    let (leaf, bark) = rayon::join(paint_leaf, || paint::bark_texture(&species.bark, seed));
     let mut plant = Plant {
         name: species.name.clone(),
         wood: tube::build_wood(species, &stems, BARK),
         materials: vec![leaf_material(), bark_material()],
-        textures: vec![paint::leaf_texture(&species.leaf, seed)?, paint::bark_texture(&species.bark, seed)?],
+        textures: vec![leaf?, bark?],
         ..Plant::default()
     };
     leaves::push_leaves(&mut plant, species, &stems, count, seed, LEAF);
