@@ -4,7 +4,7 @@
 //! [`Painter`] holds a plant's decoded textures and draws any number of lists; [`draw_plant`] and [`draw_model`] are the
 //! short way. Sixteen samples a pixel, alpha tested at each, textures filtered with levels that keep their coverage.
 //!
-//! Cost: an oak of 20,000 leaves at 512 x 512 in a fraction of a second.
+//! Cost: grows with covered samples; 20,000 masked leaves at 512 x 512 took 2 s on two busy cores, built for development.
 
 mod light;
 mod mips;
