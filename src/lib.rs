@@ -25,3 +25,8 @@ pub mod render;
 
 pub use error::{Error, Result};
 pub use plant::Plant;
+
+/// The code in the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

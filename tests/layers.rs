@@ -132,11 +132,12 @@ fn violations(file: &str, source: &str, reexports: &HashMap<String, String>) -> 
     let Some(own) = layer(user) else {
         return vec![format!("src/{file}:1: module `{user}` has no place in the layers")];
     };
-    for (line, name) in first_names(&code, "crate::") {
+    let library = if user == "bin" { "foliage_lod::" } else { "crate::" };
+    for (line, name) in first_names(&code, library) {
         let used = reexports.get(&name).unwrap_or(&name).as_str();
         let is_allowed = used == user || WITHIN_LAYER.contains(&(user, used));
         match layer(used) {
-            None => report(line, format!("`crate::{name}` is in no layer")),
+            None => report(line, format!("`{library}{name}` is in no layer")),
             Some(other) if other >= own && !is_allowed => {
                 report(line, format!("`{user}` may not use `{used}`, which is not in a lower layer"));
             }

@@ -1,3 +1,40 @@
-//! The `foliage-lod` command.
+//! The `foliage-lod` command: trees in, continuous models and pictures out.
+//!
+//! Results go to stdout, progress and errors to stderr. Exit code 0 for success, 1 for failure, 2 for a command line that
+//! makes no sense, 130 when interrupted.
 
-fn main() {}
+mod args;
+mod failure;
+mod grow;
+mod inspect;
+mod interrupt;
+mod output;
+mod pictures;
+mod progress;
+mod quickstart;
+mod raster;
+mod render;
+mod simplify;
+
+use args::Command;
+use failure::Failure;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+fn run() -> Result<(), Failure> {
+    let args = args::parse()?;
+    interrupt::install();
+    match args.command {
+        None => quickstart::run(),
+        Some(Command::Simplify(args)) => simplify::run(&args),
+        Some(Command::Inspect(args)) => inspect::run(&args),
+        Some(Command::Grow(args)) => grow::run(&args),
+        Some(Command::Render(args)) => render::run(&args),
+    }
+}

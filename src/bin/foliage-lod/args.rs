@@ -1,0 +1,255 @@
+//! The command line.
+
+use crate::failure::Failure;
+use clap::{Parser, Subcommand, ValueEnum};
+use foliage_lod::{
+    import::{Group, ImportOptions},
+    simplify::{Compensate, SimplifyOptions, options::Criterion},
+};
+use std::path::PathBuf;
+
+/// Continuous level of detail for trees, leaf by leaf.
+///
+/// Without a command: grows an English oak, simplifies it, and writes the model and pictures into ./foliage-lod-out.
+#[derive(Parser)]
+#[command(name = "foliage-lod", version)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// One subcommand each, in its own file.
+#[derive(Subcommand)]
+pub enum Command {
+    /// Turn a tree file into a continuous model.
+    Simplify(Simplify),
+    /// Tell what is in a model, or what would be a leaf in a tree file, and why.
+    Inspect(Inspect),
+    /// Grow a tree and write it as GLB.
+    Grow(Grow),
+    /// Draw a model into a PNG file.
+    Render(Render),
+}
+
+/// `foliage-lod simplify`.
+#[derive(Parser)]
+pub struct Simplify {
+    /// The tree: .glb, .gltf or .obj.
+    pub input: PathBuf,
+    /// The model to write.
+    #[arg(short, long, value_name = "OUT.vds")]
+    pub output: PathBuf,
+    /// What the options below start from.
+    #[arg(long, value_enum, default_value_t = Preset::Paper)]
+    pub preset: Preset,
+    /// What decides which leaf goes next.
+    #[arg(long, value_enum)]
+    pub criterion: Option<CriterionName>,
+    /// What becomes of the area that a leaf leaves.
+    #[arg(long, value_enum)]
+    pub compensate: Option<CompensateName>,
+    /// Pixels on a side of each view.
+    #[arg(long)]
+    pub resolution: Option<u32>,
+    /// Number of views: 4, 6, 8, 12 or 20.
+    #[arg(long)]
+    pub views: Option<u32>,
+    /// The background is no polygon: holes against the sky count less. Slow for large plants.
+    #[arg(long)]
+    pub no_background: bool,
+    /// Largest linear scale that a leaf may reach.
+    #[arg(long)]
+    pub max_scale: Option<f32>,
+    #[command(flatten)]
+    pub import: Import,
+    /// Where fragments are captured; auto takes a GPU where one answers.
+    #[arg(long, value_enum, default_value_t = Raster::Auto)]
+    pub raster: Raster,
+    /// Threads; 0 is one per core. The model does not depend on it.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// Also draw the model with 100, 50 and 15 % of its leaves into this folder.
+    #[arg(long, value_name = "FOLDER")]
+    pub pictures: Option<PathBuf>,
+    /// Print one JSON object instead of a line per step.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `foliage-lod inspect`.
+#[derive(Parser)]
+pub struct Inspect {
+    /// A model (.vds) or a tree (.glb, .gltf, .obj).
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub import: Import,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How a tree file is cut into leaves.
+#[derive(Parser)]
+pub struct Import {
+    /// Name of the material, node or mesh that is foliage, instead of guessing.
+    #[arg(long, value_name = "NAME")]
+    pub leaves: Option<String>,
+    /// What is one leaf: cards that cross at one centre, or every piece.
+    #[arg(long, value_enum, default_value_t = GroupName::Crossed)]
+    pub group: GroupName,
+}
+
+/// `foliage-lod grow`.
+#[derive(Parser)]
+pub struct Grow {
+    /// english-oak, carya-illinoinensis, betula-populifolia, or a species .toml file.
+    pub species: String,
+    /// The file to write.
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub output: PathBuf,
+    /// Exact number of leaves, instead of the species' own.
+    #[arg(long)]
+    pub leaves: Option<u32>,
+    /// Another individual of the species.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Print one JSON object instead of a line per step.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `foliage-lod render`.
+#[derive(Parser)]
+pub struct Render {
+    /// The model (.vds).
+    pub model: PathBuf,
+    /// The picture to write.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// Distance of the camera from the plant's centre, in radii of its bounding sphere. By default the plant fills the
+    /// picture.
+    #[arg(long)]
+    pub distance: Option<f32>,
+    /// Level of detail from 0 to 1, instead of what the distance gives.
+    #[arg(long, conflicts_with = "leaves_count")]
+    pub lod: Option<f32>,
+    /// Number of leaves to draw, instead of what the distance gives.
+    #[arg(long, value_name = "N")]
+    pub leaves_count: Option<u32>,
+    /// Width and height in pixels.
+    #[arg(long, value_name = "WxH", default_value = "768x768", value_parser = size)]
+    pub size: [u32; 2],
+    /// The prefix at its level of detail, or every leaf.
+    #[arg(long, value_enum, default_value_t = Method::Vds)]
+    pub method: Method,
+    /// Print one JSON object instead of a line per step.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Names of presets.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Preset {
+    /// The method as published: vmi, nearest, 256 x 256.
+    Paper,
+}
+
+/// Names of criteria.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum CriterionName {
+    /// Least change of the viewpoint mutual information.
+    Vmi,
+    /// Least visible area.
+    Area,
+}
+
+/// Names of the rules that enlarge.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum CompensateName {
+    /// The nearest remaining leaf takes it.
+    Nearest,
+    /// It is lost.
+    None,
+}
+
+/// What is one leaf.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum GroupName {
+    /// Cards that cross at one centre.
+    Crossed,
+    /// Every connected piece.
+    Piece,
+}
+
+/// Where fragments are captured.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Raster {
+    /// On a GPU where an adapter answers, else on the CPU.
+    Auto,
+    /// On a GPU or not at all.
+    Gpu,
+    /// On the CPU.
+    Cpu,
+}
+
+/// What is drawn.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// The active prefix with its enlarged leaves.
+    Vds,
+    /// Every leaf.
+    Full,
+}
+
+/// Reads the command line.
+///
+/// # Errors
+/// [`Failure::Usage`], also for help and version.
+pub fn parse() -> Result<Args, Failure> {
+    Args::try_parse().map_err(Failure::Usage)
+}
+
+impl Simplify {
+    /// The preset with what the command line changes of it.
+    pub fn options(&self) -> SimplifyOptions {
+        let mut options = match self.preset {
+            Preset::Paper => SimplifyOptions::paper(),
+        };
+        if let Some(criterion) = self.criterion {
+            options.criterion = match criterion {
+                CriterionName::Vmi => Criterion::Vmi,
+                CriterionName::Area => Criterion::Area,
+            };
+        }
+        if let Some(compensate) = self.compensate {
+            options.compensate = match compensate {
+                CompensateName::Nearest => Compensate::Nearest,
+                CompensateName::None => Compensate::None,
+            };
+        }
+        options.resolution = self.resolution.unwrap_or(options.resolution);
+        options.views = self.views.unwrap_or(options.views);
+        options.background &= !self.no_background;
+        options.max_scale = self.max_scale.unwrap_or(options.max_scale);
+        options.threads = self.threads;
+        options
+    }
+}
+
+impl Import {
+    /// As the library takes it.
+    pub fn options(&self) -> ImportOptions {
+        let group = match self.group {
+            GroupName::Crossed => Group::Crossed,
+            GroupName::Piece => Group::Piece,
+        };
+        ImportOptions { leaves: self.leaves.clone(), group }
+    }
+}
+
+/// `WxH` as two numbers.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    sides.ok_or_else(|| "write width, x and height in pixels, such as 768x768".into())
+}

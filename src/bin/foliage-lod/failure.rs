@@ -1,0 +1,57 @@
+//! How the command ends when it does not succeed: one line and an exit code.
+
+use foliage_lod::Error;
+use std::process::ExitCode;
+
+/// Exit code of a command line that makes no sense.
+const USAGE: u8 = 2;
+/// Exit code after an interruption, as shells have it for SIGINT.
+const INTERRUPTED: u8 = 130;
+
+/// Why the command ends early.
+pub enum Failure {
+    /// The library's error.
+    Library(Error),
+    /// What clap says about the command line; help and version are not failures but end here too.
+    Usage(clap::Error),
+    /// Whoever read stdout does not want more.
+    ReaderGone,
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self::Library(error)
+    }
+}
+
+impl Failure {
+    /// Prints what there is to say and gives the exit code.
+    pub fn report(self) -> ExitCode {
+        match self {
+            Self::Usage(error) if !error.use_stderr() => {
+                let _ = error.print();
+                ExitCode::SUCCESS
+            }
+            Self::Usage(error) => {
+                eprintln!("{}; see `foliage-lod --help`", one_line(&error));
+                ExitCode::from(USAGE)
+            }
+            Self::Library(error) => {
+                eprintln!("error: {error}");
+                ExitCode::from(match error {
+                    Error::InvalidOption { .. } => USAGE,
+                    Error::Interrupted => INTERRUPTED,
+                    _ => 1,
+                })
+            }
+            Self::ReaderGone => ExitCode::SUCCESS,
+        }
+    }
+}
+
+/// The first paragraph of clap's message, which names the argument and the values it may have.
+fn one_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let lines = text.lines().take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
+    lines.map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,50 @@
+//! `foliage-lod grow`: a species becomes a GLB file.
+
+use crate::{
+    args,
+    failure::Failure,
+    output::{self, Steps, grouped, megabytes},
+    progress::spinning,
+};
+use foliage_lod::{
+    Error,
+    file::{check_writable, write_whole},
+    grow::{GrowOptions, Species, glb::write_glb, grow},
+};
+use serde_json::json;
+use std::path::Path;
+
+/// Runs the subcommand.
+pub fn run(args: &args::Grow) -> Result<(), Failure> {
+    check_writable(&args.output)?;
+    let species = species(&args.species)?;
+    let mut steps = Steps::new(args.json);
+    let options = GrowOptions { leaves: args.leaves, seed: args.seed };
+    let plant = spinning("growing", || grow(&species, &options))?;
+    let [leaves, wood] = [plant.leaves.len() as u64, plant.wood.triangles() as u64];
+    let result = format!("{}: {} leaves, {} triangles of wood", plant.name, grouped(leaves), grouped(wood));
+    let grow_seconds = steps.done("grow", result)?;
+    let bytes = write_glb(&plant)?;
+    write_whole(&args.output, &bytes)?;
+    let write_seconds = steps.done("write", format!("{}, {}", args.output.display(), megabytes(bytes.len() as u64)))?;
+    if args.json {
+        output::line(json!({
+            "species": plant.name,
+            "leaves": leaves,
+            "wood_triangles": wood,
+            "bytes": bytes.len(),
+            "seconds": { "grow": grow_seconds, "write": write_seconds, "total": steps.total_seconds() },
+        }))?;
+    }
+    Ok(())
+}
+
+/// An embedded species by its name, or one from a file.
+fn species(name: &str) -> foliage_lod::Result<Species> {
+    let path = Path::new(name);
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        return Species::embedded(name);
+    }
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+    Species::from_toml(&text, path)
+}

@@ -1,0 +1,186 @@
+//! `foliage-lod inspect`: what is in a model, or what would be a leaf in a tree file, and why.
+
+use crate::{
+    args,
+    failure::Failure,
+    output::{self, grouped},
+    progress::spinning,
+};
+use foliage_lod::{
+    bounds::{Aabb, Sphere},
+    import::{self, Imported},
+    material::Material,
+    model::{FoliageModel, format},
+};
+use serde_json::{Value, json};
+use std::{fs::File, io::Read, path::Path};
+
+/// Shares of the leaves at which the error curve is told, in percent.
+const CURVE_PERCENTS: [u32; 9] = [100, 90, 80, 70, 50, 30, 15, 5, 1];
+
+/// Runs the subcommand.
+pub fn run(args: &args::Inspect) -> Result<(), Failure> {
+    if is_model(&args.file) {
+        let model = FoliageModel::read(&args.file)?;
+        return if args.json { output::line(model_json(&model)) } else { tell_model(&model) };
+    }
+    let imported = spinning("reading", || import::inspect(&args.file, &args.import.options()))?;
+    if args.json { output::line(plant_json(&imported)) } else { tell_plant(&imported) }
+}
+
+/// Told by the first bytes, or by the name where there are too few.
+fn is_model(path: &Path) -> bool {
+    let mut magic = [0; 8];
+    let has_magic = File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == format::MAGIC;
+    has_magic || path.extension().is_some_and(|extension| extension == "vds")
+}
+
+fn tell_plant(Imported { plant, findings, warnings }: &Imported) -> Result<(), Failure> {
+    findings.iter().try_for_each(output::line)?;
+    warnings.iter().try_for_each(|warning| output::line(format_args!("warning: {warning}")))?;
+    let leaves = plant.leaves.len();
+    tell_counts("plant", &plant.name, leaves, plant.leaf_triangles(), plant.wood.triangles())?;
+    tell_materials(&plant.materials)?;
+    tell_bounds(plant.aabb(), plant.sphere())
+}
+
+fn tell_model(model: &FoliageModel) -> Result<(), Failure> {
+    let leaves = model.leaves.len();
+    tell_counts("model", &model.name, leaves, model.leaf_triangles(), model.wood.triangles())?;
+    let recipe = &model.recipe;
+    output::line(format_args!(
+        "made with: preset {}, criterion {}, compensate {}, {} views of {5} x {5} on {4}",
+        recipe.preset,
+        recipe.criterion,
+        recipe.compensate,
+        recipe.views,
+        recipe.adapter.as_deref().unwrap_or("the CPU"),
+        recipe.resolution
+    ))?;
+    output::line(format_args!("invariants: all hold; largest scale {}", model.max_scale))?;
+    tell_materials(&model.materials)?;
+    tell_bounds(model.aabb(), model.sphere())?;
+    output::line("leaves kept  error so far  largest scale")?;
+    for CurvePoint { percent, leaves, error, scale } in curve(model) {
+        output::line(format_args!("{leaves:>7} {percent:>3} %  {error:>12.6}  {scale:>13.3}"))?;
+    }
+    Ok(())
+}
+
+fn tell_counts(
+    kind: &str,
+    name: &str,
+    leaves: usize,
+    leaf_triangles: usize,
+    wood_triangles: usize,
+) -> Result<(), Failure> {
+    let [leaves, leaf_triangles, wood_triangles] =
+        [leaves, leaf_triangles, wood_triangles].map(|count| grouped(count as u64));
+    output::line(format_args!(
+        "{kind} {name}: {leaves} leaves of {leaf_triangles} triangles together, {wood_triangles} triangles of wood"
+    ))
+}
+
+fn tell_materials(materials: &[Material]) -> Result<(), Failure> {
+    materials.iter().enumerate().try_for_each(|(i, material)| {
+        let texture = if material.texture.is_some() { "textured" } else { "plain" };
+        let alpha = material.cutoff().map_or("opaque".into(), |cutoff| format!("alpha cut at {cutoff}"));
+        output::line(format_args!("material {i} {:?}: {texture}, {alpha}", material.name))
+    })
+}
+
+fn tell_bounds(aabb: Aabb, sphere: Sphere) -> Result<(), Failure> {
+    output::line(format_args!("bounds: {:?} to {:?}, radius {:.4}", aabb.min, aabb.max, sphere.radius))
+}
+
+fn plant_json(Imported { plant, findings, warnings }: &Imported) -> Value {
+    let findings: Vec<Value> = findings
+        .iter()
+        .map(|finding| {
+            json!({
+                "name": finding.name,
+                "material": finding.material,
+                "triangles": finding.triangles,
+                "pieces": finding.pieces,
+                "verdict": finding.verdict.to_string(),
+                "reason": finding.reason,
+            })
+        })
+        .collect();
+    json!({
+        "kind": "plant",
+        "name": plant.name,
+        "leaves": plant.leaves.len(),
+        "leaf_triangles": plant.leaf_triangles(),
+        "wood_triangles": plant.wood.triangles(),
+        "materials": materials_json(&plant.materials),
+        "bounds": bounds_json(plant.aabb(), plant.sphere()),
+        "findings": findings,
+        "warnings": warnings,
+    })
+}
+
+fn model_json(model: &FoliageModel) -> Value {
+    let point =
+        |p: CurvePoint| json!({ "percent": p.percent, "leaves": p.leaves, "error": p.error, "largest_scale": p.scale });
+    let curve: Vec<Value> = curve(model).into_iter().map(point).collect();
+    let recipe = &model.recipe;
+    json!({
+        "kind": "model",
+        "name": model.name,
+        "leaves": model.leaves.len(),
+        "leaf_triangles": model.leaf_triangles(),
+        "wood_triangles": model.wood.triangles(),
+        "materials": materials_json(&model.materials),
+        "bounds": bounds_json(model.aabb(), model.sphere()),
+        "enlarged_bounds": bounds_json(model.enlarged_aabb(), model.enlarged_sphere()),
+        "max_scale": model.max_scale,
+        "preset": recipe.preset,
+        "criterion": recipe.criterion,
+        "compensate": recipe.compensate,
+        "resolution": recipe.resolution,
+        "views": recipe.views,
+        "background": recipe.background,
+        "raster": recipe.raster,
+        "adapter": recipe.adapter,
+        "error_curve": curve,
+    })
+}
+
+fn materials_json(materials: &[Material]) -> Vec<Value> {
+    let one = |material: &Material| json!({ "name": material.name, "texture": material.texture, "cutoff": material.cutoff() });
+    materials.iter().map(one).collect()
+}
+
+fn bounds_json(aabb: Aabb, sphere: Sphere) -> Value {
+    json!({ "min": aabb.min, "max": aabb.max, "center": sphere.center, "radius": sphere.radius })
+}
+
+/// A model at one active count.
+struct CurvePoint {
+    percent: u32,
+    leaves: u32,
+    /// Sum of the errors of all leaves pruned so far.
+    error: f64,
+    /// Largest scale drawn.
+    scale: f32,
+}
+
+fn curve(model: &FoliageModel) -> Vec<CurvePoint> {
+    let count = model.leaves.len() as u32;
+    let mut swap = foliage_lod::extract::Swap::new(model);
+    CURVE_PERCENTS
+        .into_iter()
+        .map(|percent| {
+            let leaves = (u64::from(count) * u64::from(percent)).div_ceil(100) as u32;
+            swap.set_active(leaves);
+            let pruned = &model.leaves[leaves as usize..];
+            CurvePoint {
+                percent,
+                leaves,
+                error: pruned.iter().fold(0.0, |sum, leaf| sum + f64::from(leaf.error)),
+                scale: swap.scales()[..leaves as usize].iter().copied().fold(0.0, f32::max),
+            }
+        })
+        .collect()
+}

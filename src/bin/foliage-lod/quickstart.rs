@@ -1,0 +1,66 @@
+//! `foliage-lod` without arguments: the whole way from a species to pictures, in under a minute.
+
+use crate::{
+    args::Raster,
+    failure::Failure,
+    output::{Steps, grouped, megabytes},
+    pictures,
+    progress::{Bars, spinning},
+    raster,
+};
+use foliage_lod::{
+    Error,
+    file::{check_writable, write_whole},
+    grow::{GrowOptions, Species, grow},
+    model::FoliageModel,
+    simplify::{Simplified, SimplifyOptions, simplify},
+};
+use std::path::Path;
+
+/// Where everything goes.
+const FOLDER: &str = "foliage-lod-out";
+/// The tree that is grown.
+const SPECIES: &str = "english-oak";
+/// Pictures and the distances, in radii of the plant, whose level of detail they show.
+const PICTURES: [(&str, f32); 3] = [("near.png", 3.0), ("mid.png", 31.0), ("far.png", 50.0)];
+/// Width and height of the pictures.
+const PICTURE_SIDE_PX: u32 = 768;
+
+/// Runs without arguments.
+pub fn run() -> Result<(), Failure> {
+    let folder = Path::new(FOLDER);
+    let model_path = folder.join(SPECIES).with_extension("vds");
+    prepare(folder, &model_path)?;
+    let mut steps = Steps::new(false);
+    let plant = spinning("growing", || grow(&Species::embedded(SPECIES)?, &GrowOptions::default()))?;
+    let [leaves, wood] = [plant.leaves.len(), plant.wood.triangles()].map(|count| grouped(count as u64));
+    steps.done("grow", format!("{SPECIES}: {leaves} leaves, {wood} triangles of wood"))?;
+    let options = SimplifyOptions::default();
+    let (mut source, rasteriser) = raster::source(Raster::Auto)?;
+    let Simplified { model, fragments, .. } = simplify(&plant, &options, &mut *source, &mut Bars::new())?;
+    let views = format!("{} views of {1} x {1}", options.views, options.resolution);
+    steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", grouped(fragments)))?;
+    let bytes = model.to_bytes()?;
+    write_whole(&model_path, &bytes)?;
+    steps.done("write", format!("{}, {}", model_path.display(), megabytes(bytes.len() as u64)))?;
+    draw(&model, folder, &mut steps)
+}
+
+/// Makes the folder and checks that it can be written to.
+fn prepare(folder: &Path, model_path: &Path) -> foliage_lod::Result<()> {
+    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
+    check_writable(model_path)
+}
+
+fn draw(model: &FoliageModel, folder: &Path, steps: &mut Steps) -> Result<(), Failure> {
+    for (name, distance) in PICTURES {
+        let n = pictures::count_at(model, distance);
+        let path = folder.join(name);
+        let image = spinning("drawing", || pictures::draw_with_inset(model, n, distance, PICTURE_SIDE_PX))?;
+        image.write_png(&path)?;
+        let percent = 100.0 * f64::from(n) / model.leaves.len() as f64;
+        let result = format!("{}: {} leaves ({percent:.0} %), for {distance} radii away", path.display(), grouped(n));
+        steps.done("draw", result)?;
+    }
+    Ok(())
+}

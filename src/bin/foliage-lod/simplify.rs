@@ -1,0 +1,92 @@
+//! `foliage-lod simplify`: a tree file becomes a model.
+
+use crate::{
+    args,
+    failure::Failure,
+    output::{self, Steps, grouped, megabytes},
+    pictures,
+    progress::{Bars, spinning},
+    raster,
+};
+use foliage_lod::{
+    Error, file,
+    import::{self, Imported},
+    model::FoliageModel,
+    simplify::{Simplified, simplify},
+};
+use serde_json::json;
+use std::path::Path;
+
+/// Shares of the leaves that `--pictures` draws, in percent.
+const PICTURE_PERCENTS: [u32; 3] = [100, 50, 15];
+/// Width and height of those pictures.
+const PICTURE_SIDE_PX: u32 = 768;
+
+/// Runs the subcommand.
+pub fn run(args: &args::Simplify) -> Result<(), Failure> {
+    let options = args.options();
+    options.validate()?;
+    check_outputs(args)?;
+    let mut steps = Steps::new(args.json);
+    let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &args.import.options()))?;
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    let import_seconds =
+        steps.done("read", format!("{}: {} leaves", plant.name, grouped(plant.leaves.len() as u64)))?;
+    let (mut source, rasteriser) = raster::source(args.raster)?;
+    let Simplified { model, fragments, seconds } = simplify(&plant, &options, &mut *source, &mut Bars::new())?;
+    let views = format!("{} views of {1} x {1}", options.views, options.resolution);
+    steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", grouped(fragments)))?;
+    let bytes = model.to_bytes()?;
+    file::write_whole(&args.output, &bytes)?;
+    let size = megabytes(bytes.len() as u64);
+    let write_seconds = steps.done("write", format!("{}, {size}", args.output.display()))?;
+    if let Some(folder) = &args.pictures {
+        draw_pictures(&model, folder, &mut steps)?;
+    }
+    if args.json {
+        let recipe = &model.recipe;
+        output::line(json!({
+            "leaves": model.leaves.len(),
+            "preset": recipe.preset,
+            "criterion": recipe.criterion,
+            "compensate": recipe.compensate,
+            "resolution": recipe.resolution,
+            "views": recipe.views,
+            "background": recipe.background,
+            "raster": recipe.raster,
+            "adapter": recipe.adapter,
+            "fragments": fragments,
+            "max_scale": model.max_scale,
+            "seconds": {
+                "import": import_seconds,
+                "fragments": seconds.fragments,
+                "prune": seconds.prune,
+                "write": write_seconds,
+                "total": steps.total_seconds(),
+            },
+            "peak_bytes": output::peak_bytes(),
+            "model_bytes": bytes.len(),
+        }))?;
+    }
+    Ok(())
+}
+
+/// Refuses outputs that could not be written, before the work.
+fn check_outputs(args: &args::Simplify) -> Result<(), Error> {
+    file::check_writable(&args.output)?;
+    match &args.pictures {
+        Some(folder) => file::check_writable(folder.join("100.png")),
+        None => Ok(()),
+    }
+}
+
+fn draw_pictures(model: &FoliageModel, folder: &Path, steps: &mut Steps) -> Result<(), Failure> {
+    for percent in PICTURE_PERCENTS {
+        let n = (model.leaves.len() as u32 * percent).div_ceil(100);
+        let path = folder.join(format!("{percent}.png"));
+        let image = spinning("drawing", || pictures::draw(model, n, None, [PICTURE_SIDE_PX; 2]))?;
+        image.write_png(&path)?;
+        steps.done("draw", format!("{}: {} leaves", path.display(), grouped(n)))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,234 @@
+//! Claims about the `foliage-lod` command, run as a user runs it.
+#![cfg(feature = "cli")]
+
+use serde_json::Value;
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+use tempfile::TempDir;
+
+/// The command, to be run in `folder`.
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    command
+}
+
+fn run(folder: &TempDir, arguments: &[&str]) -> Output {
+    command(folder.path(), arguments).output().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// The one line on stderr of a run that ended with `code` and printed nothing else.
+fn error_line(output: &Output, code: i32) -> String {
+    let text = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    assert!(output.stdout.is_empty(), "{}", stdout(output));
+    assert!(text.starts_with("error: ") && text.ends_with('\n') && text.lines().count() == 1, "{text:?}");
+    text
+}
+
+/// The one JSON object on stdout of a run that succeeded.
+fn json(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_str(&stdout(output)).unwrap()
+}
+
+fn assert_has_keys(object: &Value, keys: &[&str]) {
+    let missing: Vec<_> = keys.iter().filter(|key| object.get(key).is_none()).collect();
+    assert!(missing.is_empty(), "{missing:?} are missing in {object}");
+}
+
+fn names(folder: &TempDir) -> Vec<String> {
+    let entries = fs::read_dir(folder.path()).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// A folder that holds `tree.glb`, a birch of `leaves` leaves.
+fn folder_with_tree(leaves: u32) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let grown = run(&folder, &["grow", "betula-populifolia", "-o", "tree.glb", "--leaves", &leaves.to_string()]);
+    assert!(grown.status.success(), "{}", String::from_utf8_lossy(&grown.stderr));
+    folder
+}
+
+#[test]
+fn help_and_version_go_to_stdout_and_succeed() {
+    let folder = TempDir::new().unwrap();
+    let help = run(&folder, &["--help"]);
+    assert!(help.status.success());
+    for subcommand in ["simplify", "inspect", "grow", "render"] {
+        assert!(stdout(&help).contains(subcommand), "{subcommand}");
+        assert!(stdout(&run(&folder, &[subcommand, "--help"])).contains("Usage:"));
+    }
+    assert_eq!(stdout(&run(&folder, &["--version"])).trim(), concat!("foliage-lod ", env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn a_senseless_command_line_is_one_line_and_exit_code_2() {
+    let folder = folder_with_tree(20);
+    let senseless: [&[&str]; 9] = [
+        &["prune"],
+        &["simplify"],
+        &["simplify", "tree.glb"],
+        &["simplify", "tree.glb", "-o", "a.vds", "--preset", "magic"],
+        &["simplify", "tree.glb", "-o", "a.vds", "--resolution", "0"],
+        &["simplify", "tree.glb", "-o", "a.vds", "--views", "7"],
+        &["simplify", "tree.glb", "-o", "a.vds", "--max-scale", "nan"],
+        &["grow", "no-such-tree", "-o", "a.glb"],
+        &["render", "a.vds", "-o", "a.png", "--size", "10"],
+    ];
+    for arguments in senseless {
+        error_line(&run(&folder, arguments), 2);
+    }
+    assert_eq!(names(&folder), ["tree.glb"]);
+}
+
+#[test]
+fn an_input_that_cannot_be_read_is_named_and_nothing_is_written() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("cube.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 2 4\n")
+        .unwrap();
+    fs::write(folder.path().join("noise.glb"), b"glTF\x02\0\0\0\xff\xff\xff\xff").unwrap();
+    fs::write(folder.path().join("noise.vds"), b"VDSFOLI\0 and then nothing of sense").unwrap();
+    let before = names(&folder);
+    for file in ["none.glb", "cube.obj", "noise.glb"] {
+        let line = error_line(&run(&folder, &["simplify", file, "-o", "a.vds"]), 1);
+        assert!(line.contains(file.trim_end_matches(".obj")), "{line}");
+    }
+    for arguments in [["inspect", "noise.vds"], ["inspect", "none.vds"], ["inspect", "noise.glb"]] {
+        error_line(&run(&folder, &arguments), 1);
+    }
+    error_line(&run(&folder, &["render", "noise.vds", "-o", "a.png"]), 1);
+    assert_eq!(names(&folder), before);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_refused_before_the_work() {
+    let folder = folder_with_tree(20);
+    fs::create_dir(folder.path().join("folder")).unwrap();
+    for output in ["none/a.vds", "folder"] {
+        let line = error_line(&run(&folder, &["simplify", "none.glb", "-o", output]), 1);
+        assert!(line.contains(output), "the output should be looked at before the input: {line}");
+        error_line(&run(&folder, &["grow", "english-oak", "-o", output]), 1);
+        error_line(&run(&folder, &["render", "none.vds", "-o", output]), 1);
+    }
+    let pictures = ["simplify", "none.glb", "-o", "a.vds", "--pictures", "none"];
+    assert!(error_line(&run(&folder, &pictures), 1).contains("100.png"));
+    assert_eq!(names(&folder), ["folder", "tree.glb"]);
+}
+
+#[test]
+fn json_of_every_subcommand_has_its_keys_and_agrees() {
+    let folder = TempDir::new().unwrap();
+    let grown = json(&run(&folder, &["grow", "betula-populifolia", "-o", "t.glb", "--leaves", "150", "--json"]));
+    assert_eq!(grown["leaves"], 150);
+    let plant = json(&run(&folder, &["inspect", "t.glb", "--json"]));
+    assert_has_keys(&plant, &["leaf_triangles", "wood_triangles", "materials", "bounds", "findings"]);
+    assert_eq!((&plant["kind"], &plant["leaves"]), (&"plant".into(), &150.into()));
+    let arguments = ["simplify", "t.glb", "-o", "t.vds", "--resolution", "64", "--raster", "cpu", "--json"];
+    let simplified = json(&run(&folder, &arguments));
+    let keys = "leaves preset criterion compensate resolution views raster adapter fragments max_scale seconds \
+                peak_bytes model_bytes";
+    assert_has_keys(&simplified, &keys.split_whitespace().collect::<Vec<_>>());
+    assert_has_keys(&simplified["seconds"], &["import", "fragments", "prune", "write", "total"]);
+    assert_eq!((&simplified["raster"], &simplified["adapter"]), (&"cpu".into(), &Value::Null));
+    let bytes = fs::metadata(folder.path().join("t.vds")).unwrap().len();
+    assert_eq!(simplified["model_bytes"], bytes);
+    let model = json(&run(&folder, &["inspect", "t.vds", "--json"]));
+    assert_eq!((&model["kind"], &model["leaves"]), (&"model".into(), &150.into()));
+    for key in ["leaf_triangles", "wood_triangles", "materials", "bounds"] {
+        assert_eq!(model[key], plant[key], "{key}");
+    }
+    let rendered =
+        json(&run(&folder, &["render", "t.vds", "-o", "t.png", "--size", "64x48", "--lod", "0.5", "--json"]));
+    assert_has_keys(&rendered, &["instances", "draws", "effects", "seconds"]);
+    assert_eq!(rendered["leaves_drawn"], 75);
+    assert_eq!(names(&folder), ["t.glb", "t.png", "t.vds"]);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let folder = folder_with_tree(300);
+    for threads in ["1", "2"] {
+        let (output, rest) = (format!("{threads}.vds"), ["--resolution", "64", "--raster", "cpu", "--threads"]);
+        let simplified = run(&folder, &[&["simplify", "tree.glb", "-o", &output][..], &rest, &[threads]].concat());
+        assert!(simplified.status.success());
+    }
+    let [one, two] = ["1.vds", "2.vds"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(one == two);
+}
+
+#[test]
+fn text_tells_every_step_and_pictures_are_drawn_on_request() {
+    let folder = folder_with_tree(60);
+    let arguments = ["simplify", "tree.glb", "-o", "a.vds", "--resolution", "32", "--raster", "cpu", "--pictures", "."];
+    let simplified = run(&folder, &arguments);
+    let text = stdout(&simplified);
+    let steps: Vec<_> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(steps, ["read", "simplify", "write", "draw", "draw", "draw"], "{text}");
+    assert!(text.contains("15.png: 9 leaves"), "{text}");
+    assert_eq!(names(&folder), ["100.png", "15.png", "50.png", "a.vds", "tree.glb"]);
+    let told = stdout(&run(&folder, &["inspect", "a.vds"]));
+    assert!(told.contains("60 leaves") && told.contains("invariants: all hold"), "{told}");
+}
+
+#[test]
+fn a_damaged_model_is_refused_with_one_line() {
+    let folder = folder_with_tree(30);
+    let model = folder.path().join("a.vds");
+    assert!(run(&folder, &["simplify", "tree.glb", "-o", "a.vds", "--resolution", "16"]).status.success());
+    let bytes = fs::read(&model).unwrap();
+    for kept in [4, 30, bytes.len() / 2, bytes.len() - 1] {
+        fs::write(&model, &bytes[..kept]).unwrap();
+        assert!(error_line(&run(&folder, &["inspect", "a.vds"]), 1).contains("a.vds"));
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_panic() {
+    let folder = folder_with_tree(30);
+    let mut child =
+        command(folder.path(), &["inspect", "tree.glb"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_what_was_there() {
+    let folder = TempDir::new().unwrap();
+    assert!(run(&folder, &["grow", "english-oak", "-o", "tree.glb"]).status.success());
+    fs::write(folder.path().join("a.vds"), "what was there").unwrap();
+    let arguments = ["simplify", "tree.glb", "-o", "a.vds", "--raster", "cpu", "--resolution", "512"];
+    let child = command(folder.path(), &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_secs(1));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "error: interrupted; nothing was written\n");
+    assert_eq!(names(&folder), ["a.vds", "tree.glb"]);
+    assert_eq!(fs::read_to_string(folder.path().join("a.vds")).unwrap(), "what was there");
+}
+
+#[test]
+fn without_arguments_the_oak_is_grown_simplified_and_drawn() {
+    let folder = TempDir::new().unwrap();
+    let output = run(&folder, &[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(stdout(&output).contains("english-oak: 20,146 leaves"), "{}", stdout(&output));
+    let mut files: Vec<_> = fs::read_dir(folder.path().join("foliage-lod-out")).unwrap().collect();
+    files.sort_by_key(|entry| entry.as_ref().unwrap().file_name());
+    let files: Vec<_> = files.into_iter().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    assert_eq!(files, ["english-oak.vds", "far.png", "mid.png", "near.png"]);
+    let model = foliage_lod::model::FoliageModel::read(folder.path().join("foliage-lod-out/english-oak.vds")).unwrap();
+    assert_eq!(model.leaves.len(), 20_146);
+}
