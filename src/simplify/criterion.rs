@@ -25,9 +25,6 @@ pub trait Criterion {
 
     /// Takes leaf `pruned` out and takes in what the step changed in each view. Commits `areas`.
     fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32);
-
-    /// Bytes held.
-    fn bytes(&self) -> usize;
 }
 
 /// Ties of equal error: fewest pixels directly behind the frontmost, then least index.
@@ -69,9 +66,5 @@ impl Criterion for VisibleArea {
                 self.tournament.set(polygon, area_key(areas, polygon));
             }
         }
-    }
-
-    fn bytes(&self) -> usize {
-        0
     }
 }

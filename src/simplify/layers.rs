@@ -125,11 +125,6 @@ impl Layers {
         self.pixels.iter().map(|pixel| pixel.pair())
     }
 
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.pixels[..]) + self.stacks.capacity() * size_of::<Fragment>()
-    }
-
     /// Takes away a leaf that was just marked dead, given its footprint.
     pub fn remove(&mut self, leaf: u32, footprint: &Footprint, dead: &[bool]) {
         for &(index, _) in &footprint.fragments {
@@ -298,14 +293,14 @@ fn bottom(wood_depth: u32, leaves: u32) -> Fragment {
 
 /// Sorts fragments with the nearest last, keeps each leaf's nearest alone, and gives how many are left.
 fn stack_without_repeats(stack: &mut [Fragment]) -> u32 {
-    stack.sort_unstable();
+    stack.sort_unstable_by_key(|fragment| (fragment.leaf(), fragment.0));
     let mut kept = 0;
     for at in 0..stack.len() {
-        if !stack[..kept].iter().any(|nearer| nearer.leaf() == stack[at].leaf()) {
+        if kept == 0 || stack[kept - 1].leaf() != stack[at].leaf() {
             stack[kept] = stack[at];
             kept += 1;
         }
     }
-    stack[..kept].reverse();
+    stack[..kept].sort_unstable_by(|a, b| b.cmp(a));
     kept as u32
 }

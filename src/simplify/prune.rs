@@ -113,8 +113,7 @@ pub fn count_areas(layers: &[Layers], leaves: usize) -> Areas {
     areas
 }
 
-/// Prunes all leaves but one, in order. `advance` is told how many are gone and answers whether to go on. Also gives the
-/// bytes held at the end.
+/// Prunes all leaves but one, in order. `advance` is told how many are gone and answers whether to go on.
 ///
 /// # Errors
 /// [`Error::Interrupted`] when `advance` says no.

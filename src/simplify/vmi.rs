@@ -134,44 +134,47 @@ impl Vmi {
     }
 
     /// Adds `sign` times what the pair contributes to its front leaf's change.
-    fn add_pair(&mut self, areas: &Areas, pair: u32, sign: i64) {
-        let record = self.pairs.get(pair);
-        let second = record.second as usize;
-        let (row, total) = (areas.row(second), areas.total(second));
-        let local = &mut self.local[record.front as usize * row.len()..][..row.len()];
-        let log_after = self.log.log2(total + record.total);
+    fn add_pair(&mut self, areas: &Areas, number: u32, sign: i64) {
+        let (pair, second) = self.pairs.get(number);
+        let (row, total) = (areas.row(second as usize), areas.total(second as usize));
+        let local = &mut self.local[pair.front as usize * row.len()..][..row.len()];
+        let log_after = self.log.log2(total + pair.total);
         let log_change = sign * (self.log.log2(total) - log_after);
         for (local, &area) in local.iter_mut().zip(row) {
             *local += i64::from(area) * log_change;
         }
-        let counts = self.pairs.counts(pair);
-        for view in record.seen_views() {
-            local[view] += sign * self.log.handed_over(row[view], counts[view], log_after);
+        for view in pair.seen_views() {
+            local[view] += sign * self.log.handed_over(row[view], self.pairs.count(pair, view), log_after);
         }
     }
 
-    /// Takes the pair from the state in which its second leaf has the areas `old` to that with `new` (row and sum of each),
-    /// and gives a bound of how far its front leaf's error moves.
-    fn move_pair(&mut self, pair: u32, old: (&[u32], u32), new: (&[u32], u32)) -> i64 {
-        let record = self.pairs.get(pair);
-        let views = old.0.len();
-        let local = &mut self.local[record.front as usize * views..][..views];
-        let log_after = [old.1, new.1].map(|total| self.log.log2(total + record.total));
-        let log_change = [self.log.log2(old.1) - log_after[0], self.log.log2(new.1) - log_after[1]];
-        let mut movement = 0;
-        for ((local, &old), &new) in local.iter_mut().zip(old.0).zip(new.0) {
-            let change = i64::from(new) * log_change[1] - i64::from(old) * log_change[0];
-            *local += change;
-            movement += change.abs();
+    /// Corrects every pair behind whose front leaf stands a leaf whose row is about to change, unless its own counts
+    /// change too; notes how far that moves the front leaves' errors at most.
+    fn move_row(&mut self, areas: &Areas, second: usize, new_row: &[u32], new_total: u32) {
+        let (old_row, old_total) = (areas.row(second), areas.total(second));
+        let log_before = [old_total, new_total].map(|total| self.log.log2(total));
+        for pair in self.pairs.behind_others(second as u32) {
+            if pair.stamp == self.step + 1 {
+                continue;
+            }
+            let local = &mut self.local[pair.front as usize * old_row.len()..][..old_row.len()];
+            let log_after = [old_total, new_total].map(|total| self.log.log2(total + pair.total));
+            let log_change = [log_before[0] - log_after[0], log_before[1] - log_after[1]];
+            let mut movement = 0;
+            for ((local, &old), &new) in local.iter_mut().zip(old_row).zip(new_row) {
+                let change = i64::from(new) * log_change[1] - i64::from(old) * log_change[0];
+                *local += change;
+                movement += change.abs();
+            }
+            for view in pair.seen_views() {
+                let handed = self.pairs.count(pair, view);
+                let change = self.log.handed_over(new_row[view], handed, log_after[1])
+                    - self.log.handed_over(old_row[view], handed, log_after[0]);
+                local[view] += change;
+                movement += change.abs();
+            }
+            self.work.add_movement(pair.front, movement);
         }
-        let counts = self.pairs.counts(pair);
-        for view in record.seen_views() {
-            let change = self.log.handed_over(new.0[view], counts[view], log_after[1])
-                - self.log.handed_over(old.0[view], counts[view], log_after[0]);
-            local[view] += change;
-            movement += change.abs();
-        }
-        movement
     }
 
     /// Counts pixels of one view in which `front` hides `second`.
@@ -196,20 +199,6 @@ impl Vmi {
                 self.pairs.add(pair, view, delta);
             }
         }
-    }
-
-    /// Corrects every pair behind whose front leaf stands a leaf whose row is about to change, unless its own counts
-    /// change too.
-    fn move_row(&mut self, areas: &Areas, second: usize, new_row: &[u32], new_total: u32) {
-        let old = (areas.row(second), areas.total(second));
-        let behind = std::mem::take(self.pairs.behind_others_mut(second as u32));
-        for &pair in &behind {
-            if self.pairs.get(pair).stamp != self.step + 1 {
-                let movement = self.move_pair(pair, old, (new_row, new_total));
-                self.work.add_movement(self.pairs.get(pair).front, movement);
-            }
-        }
-        *self.pairs.behind_others_mut(second as u32) = behind;
     }
 
     /// What background or wood adds to the change of F(v) when `leaf` is pruned.
@@ -416,7 +405,7 @@ impl Criterion for Vmi {
         areas.commit();
         let mut touched_pairs = std::mem::take(&mut self.work.touched_pairs);
         for pair in touched_pairs.drain(..) {
-            if self.pairs.get(pair).total == 0 {
+            if self.pairs.get(pair).0.total == 0 {
                 self.pairs.remove(pair);
             } else {
                 self.add_pair(areas, pair, 1);
@@ -425,11 +414,5 @@ impl Criterion for Vmi {
         self.work.touched_pairs = touched_pairs;
         self.refresh_keys(areas, epoch_holds);
         self.refresh_tie_breaks(areas, changes);
-    }
-
-    fn bytes(&self) -> usize {
-        self.pairs.bytes()
-            + size_of_val(&self.local[..])
-            + self.uncovered.iter().map(|u| size_of_val(&u[..])).sum::<usize>()
     }
 }
