@@ -67,7 +67,7 @@ impl Canvas {
     }
 
     /// Removes `leaf` (drawn at `scale`) and grows its target.
-    fn step(&mut self, scene: Scene<'_>, leaf: u32, scale: f32, growth: Option<Growth>) {
+    fn step(&mut self, scene: Scene<'_>, leaf: u32, scale: f32, growth: Growth) {
         self.dead[leaf as usize] = true;
         let dead = &self.dead;
         let work = |group: &mut Group| group.step(scene, leaf, scale, growth, dead);
@@ -85,7 +85,8 @@ impl Canvas {
 }
 
 impl Group {
-    fn step(&mut self, scene: Scene<'_>, leaf: u32, scale: f32, growth: Option<Growth>, dead: &[bool]) {
+    fn step(&mut self, scene: Scene<'_>, leaf: u32, scale: f32, growth: Growth, dead: &[bool]) {
+        let Growth { target, from, to } = growth;
         let Scene { shapes, views, masks } = scene;
         self.touched = 0;
         for (i, layers) in self.layers.iter_mut().enumerate() {
@@ -94,7 +95,7 @@ impl Group {
             self.old.rasterise(shapes, views, masks, view, leaf, scale);
             layers.remove(leaf, &self.old, dead);
             self.touched += self.old.fragments.len();
-            if let Some(Growth { target, from, to }) = growth.filter(|growth| growth.from != growth.to) {
+            if from != to {
                 self.old.rasterise(shapes, views, masks, view, target, from);
                 self.new.rasterise(shapes, views, masks, view, target, to);
                 layers.regrow(target, &self.old, &self.new, dead);
@@ -105,7 +106,7 @@ impl Group {
 }
 
 /// Counts the visible areas of freshly captured layers.
-pub fn count_areas(layers: &[Layers], leaves: usize) -> Areas {
+pub fn count_areas(layers: &[&Layers], leaves: usize) -> Areas {
     let mut areas = Areas::new(leaves, layers.len());
     for (view, layers) in layers.iter().enumerate() {
         layers.fronts().for_each(|pair| areas.count(view, pair));
@@ -113,33 +114,144 @@ pub fn count_areas(layers: &[Layers], leaves: usize) -> Areas {
     areas
 }
 
-/// Prunes all leaves but one, in order. `advance` is told how many are gone and answers whether to go on.
-///
-/// # Errors
-/// [`Error::Interrupted`] when `advance` says no.
-pub fn prune(
-    scene: Scene<'_>,
-    layers: Vec<Layers>,
-    mut areas: Areas,
-    criterion: &mut dyn Criterion,
-    enlarger: &mut Enlarger,
-    mut advance: impl FnMut(u64) -> bool,
-) -> Result<Vec<Prune>> {
-    let leaves = areas.leaves;
-    let mut canvas = Canvas::new(layers, leaves, scene.views.pixels());
-    let mut prunes = Vec::with_capacity(leaves.saturating_sub(1));
-    while prunes.len() + 1 < leaves {
-        let Some(choice) = criterion.choose(&areas) else { break };
-        let leaf = choice.leaf;
-        let scale = enlarger.scales[leaf as usize];
-        let Some(growth) = enlarger.prune(leaf, areas.total(leaf as usize) > 0) else { break };
-        canvas.step(scene, leaf, scale, Some(growth));
-        criterion.absorb(&mut areas, &canvas.changes(), leaf);
-        let Growth { target, to, .. } = growth;
-        prunes.push(Prune { leaf, target, target_scale: to, error: choice.error as f32 });
-        if prunes.len() % ADVANCE_STEPS == 0 && !advance(prunes.len() as u64) {
-            return Err(Error::Interrupted);
-        }
+/// A plant on its way down to one leaf.
+pub struct Pruner<'a, C: Criterion + ?Sized> {
+    scene: Scene<'a>,
+    canvas: Canvas,
+    areas: Areas,
+    criterion: Box<C>,
+    enlarger: Enlarger,
+}
+
+impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
+    /// All leaves live, `areas` and `criterion` as counted from `layers`.
+    pub fn new(scene: Scene<'a>, layers: Vec<Layers>, areas: Areas, criterion: Box<C>, enlarger: Enlarger) -> Self {
+        let canvas = Canvas::new(layers, areas.leaves, scene.views.pixels());
+        Self { scene, canvas, areas, criterion, enlarger }
     }
-    Ok(prunes)
+
+    /// Prunes one leaf; `None` when it would be the last.
+    pub fn step(&mut self) -> Option<Prune> {
+        let choice = self.criterion.choose(&self.areas)?;
+        let leaf = choice.leaf;
+        let scale = self.enlarger.scales[leaf as usize];
+        let growth = self.enlarger.prune(leaf, self.areas.total(leaf as usize) > 0)?;
+        self.canvas.step(self.scene, leaf, scale, growth);
+        self.criterion.absorb(&mut self.areas, &self.canvas.changes(), leaf);
+        Some(Prune { leaf, target: growth.target, target_scale: growth.to, error: choice.error as f32 })
+    }
+
+    /// Prunes all leaves but one, in order. `advance` is told how many are gone and answers whether to go on.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] when `advance` says no.
+    pub fn run(mut self, mut advance: impl FnMut(u64) -> bool) -> Result<Vec<Prune>> {
+        let mut prunes = Vec::with_capacity(self.areas.leaves.saturating_sub(1));
+        while let Some(prune) = self.step() {
+            prunes.push(prune);
+            if prunes.len() % ADVANCE_STEPS == 0 && !advance(prunes.len() as u64) {
+                return Err(Error::Interrupted);
+            }
+        }
+        Ok(prunes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        Plant,
+        leaf::Vertex,
+        material::Material,
+        plant::WoodPart,
+        simplify::{
+            capture::capture, masks::Masks, options::Compensate, raster::CpuFragments, views::ViewSet, vmi::Vmi,
+        },
+    };
+
+    const RESOLUTION: u32 = 24;
+
+    fn vertex(position: [f32; 3]) -> Vertex {
+        Vertex { position, normal: [0.0, 1.0, 0.0], uv: [0.0; 2], color: [1.0; 4] }
+    }
+
+    /// Bent leaves (two triangles out of plane) on a lattice about a sheet of wood.
+    fn plant() -> Plant {
+        let mut plant = Plant { materials: vec![Material::default()], ..Plant::default() };
+        for i in 0..90_u32 {
+            let [x, y, z] = [i % 5, i / 5 % 6, i / 30].map(|place| place as f32);
+            let tilt = (i * 37 % 11) as f32 * 0.1;
+            let corners = [[x, y, z], [x + 1.1, y + tilt, z], [x + 0.9, y + 1.0, z + tilt], [x, y + 1.2, z + 0.4]];
+            plant.push_leaf(&corners.map(vertex), &[0, 1, 2, 0, 2, 3], corners[0], 0);
+        }
+        plant.wood.vertices = [[-1.0, 2.0, 1.0], [6.0, 2.0, 1.5], [6.0, 3.0, 1.0]].map(vertex).to_vec();
+        plant.wood.indices = vec![0, 1, 2];
+        plant.wood.parts = vec![WoodPart { indices: [0, 3], material: 0 }];
+        plant
+    }
+
+    fn vmi(areas: &Areas, layers: &[&Layers]) -> Vmi {
+        let fronts = layers.iter().enumerate().flat_map(|(view, layers)| layers.fronts().map(move |pair| (view, pair)));
+        Vmi::new(areas, u64::from(RESOLUTION).pow(2) * layers.len() as u64, true, fronts)
+    }
+
+    /// Front and second polygon of every pixel, drawn from scratch at the current scales.
+    fn drawn_again(pruner: &Pruner<'_, Vmi>, view: usize) -> Vec<[u32; 2]> {
+        let leaves = pruner.areas.leaves as u32;
+        let mut nearest = vec![[(u32::MAX, leaves); 2]; pruner.scene.views.pixels()];
+        let mut footprint = Footprint::new(nearest.len());
+        for shape in (0..=leaves).filter(|&shape| shape == leaves || !pruner.canvas.dead[shape as usize]) {
+            let row = if shape == leaves { leaves + 1 } else { shape };
+            let scale = pruner.enlarger.scales.get(shape as usize).copied().unwrap_or(1.0);
+            footprint.rasterise(pruner.scene.shapes, pruner.scene.views, pruner.scene.masks, view, shape, scale);
+            for &(pixel, depth) in &footprint.fragments {
+                let pair = &mut nearest[pixel as usize];
+                // Nothing is seen behind wood but wood.
+                let sinking =
+                    if (depth, row) < pair[0] { std::mem::replace(&mut pair[0], (depth, row)) } else { (depth, row) };
+                pair[1] = if pair[0].1 == leaves + 1 { pair[0] } else { pair[1].min(sinking) };
+            }
+        }
+        nearest.into_iter().map(|pair| pair.map(|(_, row)| row)).collect()
+    }
+
+    #[test]
+    fn after_every_step_layers_areas_and_sums_equal_those_from_scratch() {
+        let plant = plant();
+        let views = ViewSet::new(plant.sphere(), RESOLUTION, 20).unwrap();
+        let masks = Masks::new(&plant).unwrap();
+        let shapes = Shapes::new(&plant, &views, &masks, 4.0);
+        let (layers, _) = capture(&shapes, &views, &mut CpuFragments::new(), |_| true).unwrap();
+        let areas = count_areas(&layers.iter().collect::<Vec<_>>(), plant.leaves.len());
+        let criterion = vmi(&areas, &layers.iter().collect::<Vec<_>>());
+        let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks };
+        let enlarger = Enlarger::new(&plant, Compensate::Nearest, 4.0);
+        let mut pruner = Pruner::new(scene, layers, areas, Box::new(criterion), enlarger);
+        let mut steps = 0;
+        while pruner.step().is_some() {
+            steps += 1;
+            let layers: Vec<&Layers> = pruner.canvas.groups.iter().flat_map(|group| &group.layers).collect();
+            for (view, layers) in layers.iter().enumerate() {
+                assert_eq!(
+                    layers.fronts().collect::<Vec<_>>(),
+                    drawn_again(&pruner, view),
+                    "step {steps}, view {view}"
+                );
+            }
+            let areas = count_areas(&layers, plant.leaves.len());
+            let scratch = vmi(&areas, &layers);
+            assert_eq!(pruner.criterion.f(), scratch.f(), "step {steps}");
+            for leaf in (0..plant.leaves.len()).filter(|&leaf| !pruner.canvas.dead[leaf]) {
+                assert_eq!(pruner.areas.row(leaf), areas.row(leaf), "step {steps}, leaf {leaf}");
+                assert_eq!(pruner.areas.seconds(leaf), areas.seconds(leaf), "step {steps}, leaf {leaf}");
+                assert_eq!(
+                    pruner.criterion.error(&areas, leaf as u32),
+                    scratch.error(&areas, leaf as u32),
+                    "step {steps}, leaf {leaf}"
+                );
+            }
+        }
+        assert_eq!(steps, plant.leaves.len() - 1);
+    }
 }

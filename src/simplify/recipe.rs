@@ -9,7 +9,7 @@ use super::{
     layers::Layers,
     masks::Masks,
     options::{self, SimplifyOptions},
-    prune::{Scene, count_areas, prune},
+    prune::{Pruner, Scene, count_areas},
     shapes::Shapes,
     views::ViewSet,
     vmi::Vmi,
@@ -73,7 +73,8 @@ pub fn simplify(
     source: &mut dyn FragmentSource,
     observer: &mut dyn Observer,
 ) -> Result<Simplified> {
-    let (prunes, fragments, seconds) = order(plant, options, source, observer)?;
+    let plant = &checked(plant, options)?;
+    let (prunes, fragments, seconds) = in_pool(plant, options, source, observer)?;
     let adapter = source.adapter();
     let recipe = Recipe {
         preset: options.preset.clone(),
@@ -98,6 +99,11 @@ pub fn order(
     source: &mut dyn FragmentSource,
     observer: &mut dyn Observer,
 ) -> Result<(Vec<Prune>, u64, Seconds)> {
+    in_pool(&checked(plant, options)?, options, source, observer)
+}
+
+/// The plant in canonical form, so that the order in which a file lists a leaf's triangles has no influence.
+fn checked(plant: &Plant, options: &SimplifyOptions) -> Result<Plant> {
     options.validate()?;
     plant.validate()?;
     if plant.leaves.is_empty() {
@@ -107,6 +113,17 @@ pub fn order(
             fix: "name the foliage's material or node with --leaves".into(),
         });
     }
+    let mut plant = plant.clone();
+    plant.canonicalize();
+    Ok(plant)
+}
+
+fn in_pool(
+    plant: &Plant,
+    options: &SimplifyOptions,
+    source: &mut dyn FragmentSource,
+    observer: &mut dyn Observer,
+) -> Result<(Vec<Prune>, u64, Seconds)> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
     let pool = pool.map_err(|error| Error::InvalidOption {
         option: "--threads",
@@ -132,11 +149,11 @@ fn run(
     let fragments_seconds = started.elapsed().as_secs_f64();
     let started = Instant::now();
     observer.phase("prune", plant.leaves.len() as u64 - 1);
-    let areas = count_areas(&layers, plant.leaves.len());
-    let mut criterion = criterion(options, &areas, &layers, &views);
-    let mut enlarger = Enlarger::new(plant, options.compensate, options.max_scale);
+    let areas = count_areas(&layers.iter().collect::<Vec<_>>(), plant.leaves.len());
+    let criterion = criterion(options, &areas, &layers, &views);
+    let enlarger = Enlarger::new(plant, options.compensate, options.max_scale);
     let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks };
-    let prunes = prune(scene, layers, areas, &mut *criterion, &mut enlarger, |done| observer.advance(done))?;
+    let prunes = Pruner::new(scene, layers, areas, criterion, enlarger).run(|done| observer.advance(done))?;
     let seconds = Seconds { fragments: fragments_seconds, prune: started.elapsed().as_secs_f64() };
     Ok((prunes, fragments, seconds))
 }
