@@ -57,6 +57,21 @@ pub fn capture(
     Ok((layers, fragments))
 }
 
+/// Only covers the pixels of every view; the number of fragments.
+///
+/// # Errors
+/// Those of the source.
+pub fn cover_views(shapes: &Shapes, views: &ViewSet, source: &mut dyn FragmentSource) -> Result<u64> {
+    let mut fragments = 0;
+    let mut coverage = Vec::new();
+    for view in 0..views.views.len() {
+        coverage.clear();
+        source.capture(prepare(shapes, views, view).triangles(views.resolution), &mut coverage)?;
+        fragments += coverage.len() as u64;
+    }
+    Ok(fragments)
+}
+
 /// The row of each triangle: its leaf, or for the wood the row after the background's.
 fn owners(shapes: &Shapes) -> Vec<u32> {
     let leaves = shapes.shapes.len() - 1;

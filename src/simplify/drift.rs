@@ -20,8 +20,9 @@
 
 /// Powers of two up to which D is told apart.
 const BUCKETS: usize = 32;
-/// Errors stay valid for about this many steps; fewer computes all of them more often, more loosens their bounds.
-const EPOCH_STEPS: f64 = 256.0;
+/// Bounds stay valid for about this many steps: fewer computes all of them more often, more loosens them (measured on the
+/// oak at 256 x 256: 64 steps 8.2 s, 256 steps 9.1 s).
+const EPOCH_STEPS: f64 = 64.0;
 /// Covers the rounding of the bound's own arithmetic.
 const SAFETY: f64 = 1.001;
 

@@ -46,14 +46,28 @@ impl Footprint {
                     let alpha = shapes.alpha_test(shape, triangle, &corners);
                     (alpha, shapes.depth_plane(views, camera, shape, triangle, scale))
                 });
-                for x in first..=last {
-                    if alpha.covers(masks, x, y) {
-                        self.add((y * i64::from(views.resolution) + x) as u32, depth.depth(x, y));
-                    }
+                let alpha = alpha.row(masks, y);
+                for x in (first..=last).filter(|&x| alpha.is_none_or(|alpha| alpha.covers(x))) {
+                    self.add((y * i64::from(views.resolution) + x) as u32, depth.depth(x, y));
                 }
             });
         }
         self.projected = projected;
+    }
+
+    /// Lists the pixels within the leaf's triangles instead, whatever its alpha: some it does not cover, some twice, and
+    /// all with depth 0.
+    pub fn outline(&mut self, shapes: &Shapes, views: &ViewSet, view: usize, leaf: u32, scale: f32) {
+        self.fragments.clear();
+        let shape = &shapes.shapes[leaf as usize];
+        shapes.project(views, &views.views[view], shape, scale, &mut self.projected);
+        for triangle in shape.triangles[0]..shape.triangles[1] {
+            let Some(corners) = shapes.corners(shape, triangle, &self.projected) else { continue };
+            cover(views.resolution, corners.map(|corner| (corner.x, corner.y)), |y, first, last| {
+                let row = y * i64::from(views.resolution);
+                self.fragments.extend((first..=last).map(|x| ((row + x) as u32, 0)));
+            });
+        }
     }
 
     /// The depth at `pixel`, if the leaf covers it.

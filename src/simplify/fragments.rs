@@ -21,8 +21,8 @@ pub struct Coverage {
 
 /// The alpha test of one triangle in one view; all zero except `mask` where there is none.
 ///
-/// With `p = (x - anchor.x, y - anchor.y)` for pixel (x, y) counted in whole pixels, and `plane(c) = c[0] * p.x + c[1] * p.y + c[2]`
-/// evaluated in `f32` in that order, the texture coordinates are `(plane(u) / plane(q), plane(v) / plane(q))`: perspective
+/// With `p = (x - anchor.x, y - anchor.y)` for pixel (x, y) counted in whole pixels, `plane(c) = c[0] * p.x + (c[1] * p.y +
+/// c[2])` and `w = 1 / plane(q)`, all in `f32`, the texture coordinates are `(plane(u) * w, plane(v) * w)`: perspective
 /// correct, each quantity being affine on the screen once divided by w.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]

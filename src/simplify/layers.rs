@@ -125,7 +125,7 @@ impl Layers {
         self.pixels.iter().map(|pixel| pixel.pair())
     }
 
-    /// Takes away a leaf that was just marked dead, given its footprint.
+    /// Takes away a leaf that was just marked dead, given its footprint or its outline.
     pub fn remove(&mut self, leaf: u32, footprint: &Footprint, dead: &[bool]) {
         for &(index, _) in &footprint.fragments {
             let from = self.pixels[index as usize].pair();

@@ -27,4 +27,4 @@ pub mod views;
 pub mod vmi;
 
 pub use options::{Compensate, SimplifyOptions};
-pub use recipe::{Observer, Quiet, Seconds, Simplified, order, simplify};
+pub use recipe::{Observer, Quiet, Seconds, Simplified, order, rasterise_all, simplify};

@@ -17,11 +17,16 @@ use super::{
     views::ViewSet,
 };
 use crate::{Error, Result, model::Prune};
-use rayon::prelude::*;
+use std::{
+    sync::mpsc::{Receiver, Sender, TryRecvError, channel},
+    time::{Duration, Instant},
+};
 
-/// Steps whose leaf and target covered fewer pixels in the last step's views than this run on one thread: waking another
-/// takes longer.
-const PARALLEL_PIXELS: usize = 4096;
+/// After a step that looked at fewer pixels than this the next one runs on one thread: handing over would take longer.
+const PARALLEL_PIXELS: usize = 256;
+/// How long a thread looks for its next message before it sleeps: longer than a step takes, so that on a quiet machine no
+/// one has to be woken; every look yields, so that on a busy one little is wasted.
+const BUSY_WAIT: Duration = Duration::from_micros(500);
 /// Steps between two calls of the observer.
 const ADVANCE_STEPS: usize = 256;
 
@@ -36,19 +41,60 @@ pub struct Scene<'a> {
     pub masks: &'a [AlphaMask],
 }
 
+/// Prunes one leaf: what every group of views is told.
+#[derive(Clone, Copy)]
+struct Step {
+    leaf: u32,
+    /// Scale at which the leaf was drawn.
+    scale: f32,
+    growth: Growth,
+}
+
 /// Neighbouring views with the memory to update them.
 struct Group {
     first_view: usize,
     layers: Vec<Layers>,
+    dead: Vec<bool>,
     old: Footprint,
     new: Footprint,
+    /// Pixels that the last step looked at.
     touched: usize,
+}
+
+impl Group {
+    /// Removes the step's leaf and grows its target.
+    fn step(&mut self, scene: Scene<'_>, Step { leaf, scale, growth }: Step) {
+        let Scene { shapes, views, masks } = scene;
+        let Growth { target, from, to } = growth;
+        self.dead[leaf as usize] = true;
+        self.touched = 0;
+        for (i, layers) in self.layers.iter_mut().enumerate() {
+            let view = self.first_view + i;
+            layers.changes.clear();
+            self.old.outline(shapes, views, view, leaf, scale);
+            layers.remove(leaf, &self.old, &self.dead);
+            self.touched += self.old.fragments.len();
+            if from != to {
+                self.old.rasterise(shapes, views, masks, view, target, from);
+                self.new.rasterise(shapes, views, masks, view, target, to);
+                layers.regrow(target, &self.old, &self.new, &self.dead);
+                self.touched += self.new.fragments.len();
+            }
+        }
+    }
 }
 
 /// The state of all views, in as many groups as there are threads.
 struct Canvas {
     groups: Vec<Group>,
-    dead: Vec<bool>,
+    /// Threads that take the groups from the second on, while they are lent.
+    helpers: Vec<Helper>,
+}
+
+/// A thread that updates the groups it is sent and sends them back.
+struct Helper {
+    to: Sender<(Group, Step)>,
+    from: Receiver<Group>,
 }
 
 impl Canvas {
@@ -59,24 +105,25 @@ impl Canvas {
             if view % size == 0 {
                 let footprint = Footprint::new(pixels);
                 let (old, new) = (footprint.clone(), footprint);
-                groups.push(Group { first_view: view, layers: Vec::new(), old, new, touched: 0 });
+                let dead = vec![false; leaves];
+                groups.push(Group { first_view: view, layers: Vec::new(), dead, old, new, touched: 0 });
             }
             groups[view / size].layers.push(layers);
         }
-        Self { groups, dead: vec![false; leaves] }
+        Self { groups, helpers: Vec::new() }
     }
 
-    /// Removes `leaf` (drawn at `scale`) and grows its target.
-    fn step(&mut self, scene: Scene<'_>, leaf: u32, scale: f32, growth: Growth) {
-        self.dead[leaf as usize] = true;
-        let dead = &self.dead;
-        let work = |group: &mut Group| group.step(scene, leaf, scale, growth, dead);
+    fn step(&mut self, scene: Scene<'_>, step: Step) {
         let touched: usize = self.groups.iter().map(|group| group.touched).sum();
-        if touched >= PARALLEL_PIXELS {
-            self.groups.par_iter_mut().for_each(work);
-        } else {
-            self.groups.iter_mut().for_each(work);
+        if touched < PARALLEL_PIXELS || self.helpers.is_empty() {
+            return self.groups.iter_mut().for_each(|group| group.step(scene, step));
         }
+        for (helper, group) in self.helpers.iter().zip(self.groups.drain(1..)) {
+            // A helper lives as long as its channel: neither end closes while the canvas holds the other.
+            let _ = helper.to.send((group, step));
+        }
+        self.groups[0].step(scene, step);
+        self.groups.extend(self.helpers.iter().filter_map(|helper| receive(&helper.from)));
     }
 
     fn changes(&self) -> Vec<&[Change]> {
@@ -84,25 +131,18 @@ impl Canvas {
     }
 }
 
-impl Group {
-    fn step(&mut self, scene: Scene<'_>, leaf: u32, scale: f32, growth: Growth, dead: &[bool]) {
-        let Growth { target, from, to } = growth;
-        let Scene { shapes, views, masks } = scene;
-        self.touched = 0;
-        for (i, layers) in self.layers.iter_mut().enumerate() {
-            let view = self.first_view + i;
-            layers.changes.clear();
-            self.old.rasterise(shapes, views, masks, view, leaf, scale);
-            layers.remove(leaf, &self.old, dead);
-            self.touched += self.old.fragments.len();
-            if from != to {
-                self.old.rasterise(shapes, views, masks, view, target, from);
-                self.new.rasterise(shapes, views, masks, view, target, to);
-                layers.regrow(target, &self.old, &self.new, dead);
-                self.touched += self.new.fragments.len();
-            }
+/// Waits for a message: looking for it for a while, since the next step is near, then asleep. `None` once the other end
+/// is gone.
+fn receive<T>(from: &Receiver<T>) -> Option<T> {
+    let started = Instant::now();
+    while started.elapsed() < BUSY_WAIT {
+        match from.try_recv() {
+            Ok(message) => return Some(message),
+            Err(TryRecvError::Disconnected) => return None,
+            Err(TryRecvError::Empty) => std::thread::yield_now(),
         }
     }
+    from.recv().ok()
 }
 
 /// Counts the visible areas of freshly captured layers.
@@ -136,7 +176,7 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         let leaf = choice.leaf;
         let scale = self.enlarger.scales[leaf as usize];
         let growth = self.enlarger.prune(leaf, self.areas.total(leaf as usize) > 0)?;
-        self.canvas.step(self.scene, leaf, scale, growth);
+        self.canvas.step(self.scene, Step { leaf, scale, growth });
         self.criterion.absorb(&mut self.areas, &self.canvas.changes(), leaf);
         Some(Prune { leaf, target: growth.target, target_scale: growth.to, error: choice.error as f32 })
     }
@@ -146,6 +186,27 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
     /// # Errors
     /// [`Error::Interrupted`] when `advance` says no.
     pub fn run(mut self, mut advance: impl FnMut(u64) -> bool) -> Result<Vec<Prune>> {
+        let scene = self.scene;
+        std::thread::scope(|scope| {
+            for _ in 1..self.canvas.groups.len() {
+                let (to, steps) = channel::<(Group, Step)>();
+                let (done, from) = channel();
+                scope.spawn(move || {
+                    while let Some((mut group, step)) = receive(&steps) {
+                        group.step(scene, step);
+                        let _ = done.send(group);
+                    }
+                });
+                self.canvas.helpers.push(Helper { to, from });
+            }
+            let prunes = self.all(&mut advance);
+            // Closes the channels, which ends the helpers.
+            self.canvas.helpers.clear();
+            prunes
+        })
+    }
+
+    fn all(&mut self, advance: &mut impl FnMut(u64) -> bool) -> Result<Vec<Prune>> {
         let mut prunes = Vec::with_capacity(self.areas.leaves.saturating_sub(1));
         while let Some(prune) = self.step() {
             prunes.push(prune);
@@ -201,7 +262,7 @@ mod tests {
         let leaves = pruner.areas.leaves as u32;
         let mut nearest = vec![[(u32::MAX, leaves); 2]; pruner.scene.views.pixels()];
         let mut footprint = Footprint::new(nearest.len());
-        for shape in (0..=leaves).filter(|&shape| shape == leaves || !pruner.canvas.dead[shape as usize]) {
+        for shape in (0..=leaves).filter(|&shape| shape == leaves || !pruner.canvas.groups[0].dead[shape as usize]) {
             let row = if shape == leaves { leaves + 1 } else { shape };
             let scale = pruner.enlarger.scales.get(shape as usize).copied().unwrap_or(1.0);
             footprint.rasterise(pruner.scene.shapes, pruner.scene.views, pruner.scene.masks, view, shape, scale);
@@ -242,7 +303,7 @@ mod tests {
             let areas = count_areas(&layers, plant.leaves.len());
             let scratch = vmi(&areas, &layers);
             assert_eq!(pruner.criterion.f(), scratch.f(), "step {steps}");
-            for leaf in (0..plant.leaves.len()).filter(|&leaf| !pruner.canvas.dead[leaf]) {
+            for leaf in (0..plant.leaves.len()).filter(|&leaf| !pruner.canvas.groups[0].dead[leaf]) {
                 assert_eq!(pruner.areas.row(leaf), areas.row(leaf), "step {steps}, leaf {leaf}");
                 assert_eq!(pruner.areas.seconds(leaf), areas.seconds(leaf), "step {steps}, leaf {leaf}");
                 assert_eq!(

@@ -117,20 +117,39 @@ impl AlphaTest {
     /// A triangle that needs no test.
     pub const NONE: Self = Self { u: [0.0; 3], v: [0.0; 3], q: [0.0; 3], anchor: [0.0; 2], mask: NO_MASK };
 
-    /// Whether the pixel's texel covers.
-    pub fn covers(&self, masks: &[AlphaMask], x: i64, y: i64) -> bool {
-        if self.mask == NO_MASK {
-            return true;
-        }
-        let (px, py) = (x as f32 - self.anchor[0], y as f32 - self.anchor[1]);
-        let plane = |c: [f32; 3]| c[0] * px + c[1] * py + c[2];
-        let q = plane(self.q);
-        masks[self.mask as usize].covers(plane(self.u) / q, plane(self.v) / q)
+    /// The test along row `y`; `None` where every pixel passes.
+    pub fn row<'m>(&self, masks: &'m [AlphaMask], y: i64) -> Option<AlphaRow<'m>> {
+        let mask = masks.get(self.mask as usize)?;
+        let from_anchor = y as f32 - self.anchor[1];
+        let along = |c: [f32; 3]| [c[0], c[1] * from_anchor + c[2]];
+        Some(AlphaRow { mask, u: along(self.u), v: along(self.v), q: along(self.q), anchor: self.anchor[0] })
+    }
+}
+
+/// An alpha test along one row of pixels: u/w, v/w and 1/w as (change per pixel, value at the anchor's column).
+#[derive(Debug, Clone, Copy)]
+pub struct AlphaRow<'m> {
+    mask: &'m AlphaMask,
+    u: [f32; 2],
+    v: [f32; 2],
+    q: [f32; 2],
+    anchor: f32,
+}
+
+impl AlphaRow<'_> {
+    /// Whether the texel under pixel `x` covers.
+    #[inline]
+    pub fn covers(&self, x: i64) -> bool {
+        let from_anchor = x as f32 - self.anchor;
+        let at = |c: [f32; 2]| c[0] * from_anchor + c[1];
+        let w = 1.0 / at(self.q);
+        self.mask.covers(at(self.u) * w, at(self.v) * w)
     }
 }
 
 impl AlphaMask {
     /// Whether the texel at texture coordinates (u, v) covers.
+    #[inline]
     pub fn covers(&self, u: f32, v: f32) -> bool {
         let texel = texel(v, self.height, self.wrap[1]) * self.width + texel(u, self.width, self.wrap[0]);
         self.bits[texel as usize / 32] >> (texel % 32) & 1 == 1
@@ -138,9 +157,15 @@ impl AlphaMask {
 }
 
 /// The texel in which a texture coordinate falls, in `f32` as a shader computes it.
+#[inline]
 fn texel(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
-    let size = size as f32;
-    let cell = (coordinate * size).floor();
+    let position = coordinate * size as f32;
+    // Within the texture every mode agrees, and truncating is rounding down.
+    if position >= 0.0 && position < size as f32 { position as u32 } else { wrapped_texel(position, size as f32, wrap) }
+}
+
+fn wrapped_texel(position: f32, size: f32, wrap: Wrap) -> u32 {
+    let cell = position.floor();
     let wrapped = match wrap {
         Wrap::Clamp => cell,
         Wrap::Repeat => cell - (cell / size).floor() * size,
@@ -192,11 +217,9 @@ fn rasterise(masks: &[AlphaMask], view: ViewTriangles<'_>, out: &mut Vec<Coverag
     for (triangle, (corners, alpha)) in view.screen.iter().zip(view.alpha).enumerate() {
         let corners = corners.map(|[x, y]| (i64::from(x), i64::from(y)));
         cover(view.resolution, corners, |y, first, last| {
-            for x in first..=last {
-                if alpha.covers(masks, x, y) {
-                    out.push(Coverage { pixel: (y * resolution + x) as u32, triangle: triangle as u32 });
-                }
-            }
+            let alpha = alpha.row(masks, y);
+            let covered = (first..=last).filter(|&x| alpha.is_none_or(|alpha| alpha.covers(x)));
+            out.extend(covered.map(|x| Coverage { pixel: (y * resolution + x) as u32, triangle: triangle as u32 }));
         });
     }
 }

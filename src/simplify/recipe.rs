@@ -2,7 +2,7 @@
 
 use super::{
     areas::Areas,
-    capture::capture,
+    capture::{capture, cover_views},
     criterion::{Criterion, VisibleArea},
     enlarge::Enlarger,
     fragments::FragmentSource,
@@ -156,6 +156,19 @@ fn run(
     let prunes = Pruner::new(scene, layers, areas, criterion, enlarger).run(|done| observer.advance(done))?;
     let seconds = Seconds { fragments: fragments_seconds, prune: started.elapsed().as_secs_f64() };
     Ok((prunes, fragments, seconds))
+}
+
+/// Rasterises every view once and throws the pixels away: the number of fragments. The measure that benches hold the rest
+/// against.
+///
+/// # Errors
+/// As [`simplify`].
+pub fn rasterise_all(plant: &Plant, options: &SimplifyOptions, source: &mut dyn FragmentSource) -> Result<u64> {
+    let plant = &checked(plant, options)?;
+    let views = ViewSet::new(plant.sphere(), options.resolution, options.views)?;
+    let masks = Masks::new(plant)?;
+    source.prepare(&masks.masks)?;
+    cover_views(&Shapes::new(plant, &views, &masks, options.max_scale), &views, source)
 }
 
 fn criterion(options: &SimplifyOptions, areas: &Areas, layers: &[Layers], views: &ViewSet) -> Box<dyn Criterion> {

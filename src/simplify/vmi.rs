@@ -27,10 +27,13 @@ use super::{
     layers::Change,
     pairs::Pairs,
     tournament::{Key, OUT, Tournament},
+    views::VIEW_COUNTS,
 };
 
 /// Set in a key's tie-break when the error is exact: at equal value a bound comes first, to be made exact.
 const EXACT: u64 = 1 << 63;
+/// Most views there can be.
+const MAX_VIEWS: usize = VIEW_COUNTS[VIEW_COUNTS.len() - 1] as usize;
 /// Background and wood.
 const BOTTOMS: usize = 2;
 
@@ -201,36 +204,35 @@ impl Vmi {
         }
     }
 
-    /// What background or wood adds to the change of F(v) when `leaf` is pruned.
-    fn bottom_term(&self, areas: &Areas, bottom: usize, leaf: u32, view: usize, logs: [i64; 2]) -> i64 {
-        let handed = self.uncovered[bottom][leaf as usize * areas.views + view];
-        let before = areas.row(areas.leaves + bottom)[view];
-        let after = before + handed;
-        i64::from(after) * (self.log.log2(after) - logs[1]) - i64::from(before) * (self.log.log2(before) - logs[0])
-    }
-
     /// Change of F(v) in every view when `leaf` is pruned, background left out where it does not count.
-    fn f_changes(&self, areas: &Areas, leaf: u32) -> impl Iterator<Item = i64> {
-        let logs = [0, 1].map(|bottom| {
+    fn f_changes(&self, areas: &Areas, leaf: u32) -> [i64; MAX_VIEWS] {
+        let first = leaf as usize * areas.views;
+        let mut changes = [0; MAX_VIEWS];
+        changes[..areas.views].copy_from_slice(&self.local[first..][..areas.views]);
+        for bottom in 0..BOTTOMS {
+            let uncovered_total = self.uncovered_totals[bottom][leaf as usize];
+            if uncovered_total == 0 || (bottom == 0 && !self.background) {
+                continue;
+            }
             let total = areas.total(areas.leaves + bottom);
-            let counts = self.uncovered_totals[bottom][leaf as usize] > 0 && (bottom == 1 || self.background);
-            counts.then(|| [self.log.log2(total), self.log.log2(total + self.uncovered_totals[bottom][leaf as usize])])
-        });
-        (0..areas.views).map(move |view| {
-            let bottoms =
-                (0..BOTTOMS).filter_map(|bottom| Some(self.bottom_term(areas, bottom, leaf, view, logs[bottom]?)));
-            self.local[leaf as usize * areas.views + view] + bottoms.sum::<i64>()
-        })
+            let log_after = self.log.log2(total + uncovered_total);
+            let log_change = self.log.log2(total) - log_after;
+            let uncovered = &self.uncovered[bottom][first..][..areas.views];
+            for ((change, &area), &uncovered) in changes.iter_mut().zip(areas.row(areas.leaves + bottom)).zip(uncovered)
+            {
+                *change += i64::from(area) * log_change;
+                if uncovered > 0 {
+                    *change += self.log.handed_over(area, uncovered, log_after);
+                }
+            }
+        }
+        changes
     }
 
     /// The exact error of pruning `leaf`, in fixed point; with the background, times the pixels of a view.
     pub fn error(&self, areas: &Areas, leaf: u32) -> i64 {
-        if self.background && !self.depends_on_bottoms(leaf) {
-            let local = &self.local[leaf as usize * areas.views..][..areas.views];
-            return local.iter().map(|change| change.abs()).sum();
-        }
         if self.background {
-            return self.f_changes(areas, leaf).map(i64::abs).sum();
+            return self.f_changes(areas, leaf).iter().map(|change| change.abs()).sum();
         }
         let pixels_per_view = (self.pixels / areas.views as u64) as u32;
         let background = areas.background();
@@ -241,13 +243,13 @@ impl Vmi {
             0 => 0,
             _ => f.div_euclid(i64::from(covered)) + log_total - self.log.log2(covered),
         };
-        let changes = self.f_changes(areas, leaf).enumerate();
-        changes
-            .map(|(view, change)| {
+        let changes = self.f_changes(areas, leaf);
+        (0..areas.views)
+            .map(|view| {
                 let covered = pixels_per_view - areas.row(background)[view];
                 let uncovered = self.uncovered[0][leaf as usize * areas.views + view];
                 let before = information(self.f[view], covered, log_total[0]);
-                let after = information(self.f[view] + change, covered - uncovered, log_total[1]);
+                let after = information(self.f[view] + changes[view], covered - uncovered, log_total[1]);
                 (after - before).abs()
             })
             .sum()

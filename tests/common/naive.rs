@@ -357,12 +357,12 @@ fn alpha_covers(
         let per_x = (to_b * (c - a).y - to_c * (b - a).y) / area;
         let per_y = (to_c * (b - a).x - to_b * (c - a).x) / area;
         let origin = values[0] + per_x * (anchor.x - a.x) + per_y * (anchor.y - a.y);
-        per_x as f32 * at.0 + per_y as f32 * at.1 + origin as f32
+        per_x as f32 * at.0 + (per_y as f32 * at.1 + origin as f32)
     };
-    let q = plane(w.map(|w| 1.0 / w));
+    let w_here = 1.0 / plane(w.map(|w| 1.0 / w));
     let texel = |axis: usize, size: usize| {
         assert_eq!(wrap[axis], Wrap::Repeat, "the other modes are tested beside the rasteriser");
-        let coordinate = plane([0, 1, 2].map(|i| f64::from(uv[i][axis]) / w[i])) / q;
+        let coordinate = plane([0, 1, 2].map(|i| f64::from(uv[i][axis]) / w[i])) * w_here;
         (coordinate * size as f32).floor().rem_euclid(size as f32) as usize
     };
     covers[texel(1, *height) * width + texel(0, *width)]
