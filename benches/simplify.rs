@@ -24,7 +24,9 @@ const CASES: [(&str, Option<u32>, u32); 6] = [
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    let as_test = std::env::args().any(|argument| argument == "--test");
+    // As criterion decides it: `cargo bench` passes `--bench`, `cargo test --benches` does not.
+    let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
+    let as_test = has("--test") || !has("--bench");
     for (species, leaves, resolution) in CASES {
         // As a test every case runs once, small.
         let (leaves, resolution) = if as_test { (Some(300), 64) } else { (leaves, resolution) };

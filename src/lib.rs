@@ -1,4 +1,35 @@
 //! Continuous level of detail for trees, leaf by leaf.
+//!
+//! ```text
+//! offline    file ----import---> Plant ---simplify---> FoliageModel ---> .vds
+//!            species --grow----->
+//! run time   .vds ---> FoliageModel ---extract---> active count n, drawn scales ---> draw leaves 0..n
+//! ```
+//!
+//! A **plant** is foliage cut into leaves, and wood. A **leaf** is the unit that is pruned: one connected piece of foliage.
+//! A **view** is one of the offscreen cameras that judge which leaf can go; its **fragments** are the leaves at its pixels.
+//! To **prune** a leaf removes it for good, offline, and enlarges its **target**. The **model** holds the leaves in drawing
+//! order, the last pruned first, so that any **prefix** of `n` leaves, the **active count**, is a good tree. At run time
+//! **collapse** (`n -> n - 1`) and **split** (`n -> n + 1`) swap scales; a **timeline** tells a leaf's scale at any `n`
+//! without state.
+//!
+//! Units are the plant's own (glTF: metres), radians, pixels and seconds; right-handed, +Y up.
+//!
+//! ```
+//! # #[cfg(feature = "simplify")] {
+//! use foliage_lod::{extract::Swap, grow::{GrowOptions, Species, grow}};
+//! use foliage_lod::simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify};
+//!
+//! let birch = grow(&Species::embedded("betula-populifolia")?, &GrowOptions { leaves: Some(200), ..Default::default() })?;
+//! let options = SimplifyOptions { resolution: 64, ..SimplifyOptions::paper() };
+//! let model = simplify(&birch, &options, &mut CpuFragments::new(), &mut Quiet)?.model;
+//!
+//! let mut swap = Swap::new(&model);
+//! swap.set_active(60);
+//! assert!(swap.scales()[..60].iter().any(|&scale| scale > 1.0));
+//! # }
+//! # Ok::<(), foliage_lod::Error>(())
+//! ```
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

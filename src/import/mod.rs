@@ -4,9 +4,9 @@
 //! bytes -> gltf | obj -> Source (meshes, where they stand, materials) -> pieces -> foliage -> crossed -> Plant
 //! ```
 //!
-//! A *piece* is what hangs together over shared edges once exactly equal positions are welded. [`foliage`] decides which
-//! meshes are leaves, [`crossed`] makes one leaf of cards that cross at one centre, [`pivot`] finds where a leaf is
-//! attached, [`assemble`] writes the plant in its canonical form. Nothing of a file is trusted before it is checked:
+//! A *piece* is what hangs together over shared edges once exactly equal positions are welded. `foliage` decides which
+//! meshes are leaves, `crossed` makes one leaf of cards that cross at one centre, `pivot` finds where a leaf is
+//! attached, `assemble` writes the plant in its canonical form. Nothing of a file is trusted before it is checked:
 //! counts against the bytes that back them, indices against their arrays, the node graph against cycles.
 
 mod accessor;

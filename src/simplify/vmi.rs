@@ -14,7 +14,7 @@
 //!
 //! Each leaf's sum over leaves y is kept per view and corrected when a row or a pair changes; the terms of background and
 //! wood, which touch thousands of leaves at every step, are added when a leaf's error is asked for, and a lower bound
-//! ([`Drift`]) tells when that is needed. All of it is integers: equal to a computation from scratch bit for bit.
+//! (in `drift`) tells when that is needed. All of it is integers: equal to a computation from scratch bit for bit.
 //!
 //! Limits: without the background a_t and A change at every step, and with them every error: each step then computes all
 //! leaves' errors again.

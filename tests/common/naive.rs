@@ -4,6 +4,9 @@
 use foliage_lod::{Plant, material::Wrap, model::Prune};
 use glam::{DVec2, DVec3, Vec3};
 
+/// Width, height and whether each texel covers.
+type Mask = (usize, usize, Vec<bool>);
+
 pub struct Naive<'a> {
     plant: &'a Plant,
     resolution: usize,
@@ -13,8 +16,8 @@ pub struct Naive<'a> {
     radius: f64,
     /// (right, up, toward) of each view.
     cameras: Vec<[DVec3; 3]>,
-    /// Alpha of each material's texture: width, height and whether each texel covers.
-    masks: Vec<Option<(usize, usize, Vec<bool>)>>,
+    /// Of each material's texture.
+    masks: Vec<Option<Mask>>,
     fraction_bits: u32,
     /// log2 of every possible area, in fixed point.
     logs: Vec<i64>,
@@ -113,11 +116,11 @@ impl<'a> Naive<'a> {
     /// Visible areas of leaves, background and wood, with one leaf left out.
     pub fn count(&self, without: Option<usize>) -> Vec<Vec<u64>> {
         let mut areas = vec![vec![0; 20]; self.live.len() + 2];
-        for view in 0..20 {
+        (0..20).for_each(|view| {
             for (_, front) in self.nearest_fragments(view, without, None) {
                 areas[front][view] += 1;
             }
-        }
+        });
         areas
     }
 
@@ -270,7 +273,7 @@ impl<'a> Naive<'a> {
         corners: [DVec3; 3],
         (normal, level): (DVec3, f64),
         range: [f64; 2],
-        mask: Option<(&(usize, usize, Vec<bool>), [Wrap; 2], [[f32; 2]; 3])>,
+        mask: Option<(&Mask, [Wrap; 2], [[f32; 2]; 3])>,
         fragments: &mut Vec<(usize, u32)>,
     ) {
         let [right, up, toward] = self.cameras[view];
@@ -341,7 +344,7 @@ fn inside(mut corners: [(i64, i64); 3], sample: (i64, i64)) -> bool {
 
 /// The texel under a pixel, by the `f32` planes over the screen that the library documents.
 fn alpha_covers(
-    (width, height, covers): &(usize, usize, Vec<bool>),
+    (width, height, covers): &Mask,
     wrap: [Wrap; 2],
     uv: [[f32; 2]; 3],
     corners: [(i64, i64); 3],
@@ -368,7 +371,7 @@ fn alpha_covers(
     covers[texel(1, *height) * width + texel(0, *width)]
 }
 
-fn mask(plant: &Plant, material: &foliage_lod::material::Material) -> Option<(usize, usize, Vec<bool>)> {
+fn mask(plant: &Plant, material: &foliage_lod::material::Material) -> Option<Mask> {
     let image = image::load_from_memory(&plant.textures[material.texture? as usize].bytes).unwrap().into_rgba8();
     let covers =
         image.pixels().map(|texel| f64::from(texel.0[3]) / 255.0 >= f64::from(material.cutoff().unwrap())).collect();

@@ -102,7 +102,8 @@ pub(super) fn cover_outside(view: &ViewTriangles<'_>, masks: &[AlphaMask], out: 
         }
         let corners = corners.map(|[x, y]| (i64::from(x), i64::from(y)));
         cover(view.resolution, corners, |y, first, last| {
-            let covered = (first..=last).filter(|&x| alpha.covers(masks, x, y));
+            let alpha = alpha.row(masks, y);
+            let covered = (first..=last).filter(|&x| alpha.is_none_or(|alpha| alpha.covers(x)));
             let pixel = |x| (y * resolution + x) as u32;
             out.extend(covered.map(|x| Coverage { pixel: pixel(x), triangle: triangle as u32 }));
         });

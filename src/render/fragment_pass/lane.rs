@@ -246,7 +246,7 @@ fn settle_uncertain(out: &mut Vec<Coverage>, count: usize, alpha: &[AlphaTest], 
         let is_marked = triangle & UNCERTAIN != 0;
         let triangle = triangle & !UNCERTAIN;
         let (x, y) = (i64::from(pixel % resolution), i64::from(pixel / resolution));
-        if !is_marked || alpha[triangle as usize].covers(masks, x, y) {
+        if !is_marked || alpha[triangle as usize].row(masks, y).is_none_or(|alpha| alpha.covers(x)) {
             out[kept] = Coverage { pixel, triangle };
             kept += 1;
         }
