@@ -9,6 +9,10 @@ use foliage_lod::{
 };
 
 fn assert_equals_naive(plant: &Plant, resolution: u32, background: bool, max_scale: f32) {
+    // Depths of a leaf that is not quite flat depend on which of its triangles comes first.
+    let mut plant = plant.clone();
+    plant.canonicalize();
+    let plant = &plant;
     let options = SimplifyOptions { resolution, background, max_scale, ..SimplifyOptions::paper() };
     let (prunes, ..) = order(plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap();
     let expected = Naive::new(plant, resolution, background, max_scale).run();

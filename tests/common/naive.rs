@@ -7,6 +7,9 @@ use glam::{DVec2, DVec3, Vec3};
 /// Width, height and whether each texel covers.
 type Mask = (usize, usize, Vec<bool>);
 
+/// A mask, how it wraps, and the texture coordinates of a triangle's corners.
+type Masked<'m> = (&'m Mask, [Wrap; 2], [[f32; 2]; 3]);
+
 pub struct Naive<'a> {
     plant: &'a Plant,
     resolution: usize,
@@ -273,7 +276,7 @@ impl<'a> Naive<'a> {
         corners: [DVec3; 3],
         (normal, level): (DVec3, f64),
         range: [f64; 2],
-        mask: Option<(&Mask, [Wrap; 2], [[f32; 2]; 3])>,
+        mask: Option<Masked<'_>>,
         fragments: &mut Vec<(usize, u32)>,
     ) {
         let [right, up, toward] = self.cameras[view];
