@@ -102,7 +102,8 @@ impl<'a> Naive<'a> {
             if seen {
                 let area = |leaf: usize| self.surface(leaf).0 * f64::from(self.scales[leaf]).powi(2);
                 let grown = ((area(target) + area(leaf)) / self.surface(target).0).sqrt();
-                self.scales[target] = grown.min(self.max_scale) as f32;
+                self.scales[target] =
+                    grown.min(self.max_scale).min(self.room(target)).max(self.scales[target].into()) as f32;
                 self.drawn[target] = self.draw(target);
             }
             let pixels = if self.background { self.resolution.pow(2) as f64 } else { 1.0 };
@@ -203,6 +204,21 @@ impl<'a> Naive<'a> {
             weighted += (a + b + c) * (doubled / 3.0);
         }
         (area * 0.5, (weighted / area).as_vec3())
+    }
+
+    /// The scale at which a leaf reaches the box around all leaves.
+    fn room(&self, leaf: usize) -> f64 {
+        let axes = |axis: usize| {
+            let all = self.plant.vertices.iter().map(move |v| v.position[axis]);
+            let (low, high) = (all.clone().fold(f32::INFINITY, f32::min), all.fold(f32::NEG_INFINITY, f32::max));
+            let pivot = f64::from(self.plant.leaves[leaf].pivot[axis]);
+            self.plant.vertices[self.plant.leaves[leaf].vertex_range()].iter().map(move |v| {
+                let offset = f64::from(v.position[axis]) - pivot;
+                let wall = f64::from(if offset > 0.0 { high } else { low });
+                if offset == 0.0 { f64::INFINITY } else { (wall - pivot) / offset }
+            })
+        };
+        (0..3).flat_map(axes).fold(f64::INFINITY, f64::min).max(1.0)
     }
 
     fn nearest(&self, leaf: usize) -> usize {
