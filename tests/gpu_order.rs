@@ -1,0 +1,34 @@
+//! Whichever rasteriser captured the fragments, the order is the same; the model tells which it was.
+//!
+//! Without an adapter the test says so and passes; with `FOLIAGE_REQUIRE_ADAPTER=1` it fails.
+#![cfg(all(feature = "render", feature = "simplify"))]
+
+mod common;
+
+use common::plants;
+use foliage_lod::{
+    render::{
+        device::{GpuDevice, GpuOptions},
+        fragment_pass::GpuFragments,
+    },
+    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+};
+
+#[test]
+fn models_from_gpu_and_cpu_fragments_differ_in_their_recipe_alone() {
+    let gpu = match GpuDevice::new(&GpuOptions::from_env()) {
+        Ok(gpu) => gpu,
+        Err(error) if std::env::var_os("FOLIAGE_REQUIRE_ADAPTER").is_some() => panic!("{error}"),
+        Err(error) => return println!("skipped: {error}"),
+    };
+    let mut source = GpuFragments::new(&gpu).unwrap();
+    let options = SimplifyOptions { resolution: 96, ..SimplifyOptions::paper() };
+    for plant in [plants::masked(300, 31), plants::with_wood(300, 32), plants::bent(300, 33)] {
+        let mut drawn = simplify(&plant, &options, &mut source, &mut Quiet).unwrap().model;
+        let computed = simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
+        assert_eq!((drawn.recipe.raster.as_str(), drawn.recipe.adapter.clone()), ("gpu", Some(gpu.adapter_name())));
+        assert_eq!((computed.recipe.raster.as_str(), &computed.recipe.adapter), ("cpu", &None));
+        drawn.recipe = computed.recipe.clone();
+        assert!(drawn == computed, "{}", plant.name);
+    }
+}
