@@ -92,16 +92,12 @@ impl Shapes {
             let first = leaf.vertices[0];
             let vertices = &plant.vertices[leaf.vertex_range()];
             let indices = plant.indices[leaf.index_range()].iter().map(|index| index - first);
-            shapes.push(place(leaf.pivot), vertices.iter().map(|v| (place(v.position), v.uv)), indices);
-            shapes.last().mask = masks.of_material(leaf.material);
+            let vertices = vertices.iter().map(|v| (place(v.position), v.uv));
+            shapes.push(place(leaf.pivot), vertices, indices, masks.of_material(leaf.material));
         }
         let wood = plant.wood.vertices.iter().map(|v| (place(v.position), v.uv));
-        shapes.push(DVec3::ZERO, wood, plant.wood.indices.iter().copied());
+        shapes.push(DVec3::ZERO, wood, plant.wood.indices.iter().copied(), NO_MASK);
         shapes
-    }
-
-    fn last(&mut self) -> &mut Shape {
-        self.shapes.last_mut().expect("a shape was pushed")
     }
 
     fn push(
@@ -109,6 +105,7 @@ impl Shapes {
         pivot: DVec3,
         vertices: impl Iterator<Item = (DVec3, [f32; 2])>,
         indices: impl Iterator<Item = u32>,
+        mask: u32,
     ) {
         let first_vertex = self.offsets.len() as u32;
         let first_triangle = self.triangles.len() as u32;
@@ -131,7 +128,7 @@ impl Shapes {
             triangles: [first_triangle, self.triangles.len() as u32],
             pivot,
             reach,
-            mask: NO_MASK,
+            mask,
         });
     }
 
