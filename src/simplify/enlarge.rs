@@ -7,9 +7,10 @@
 //!
 //! Whatever the rule, no leaf grows out of the box around the plant's leaves at full detail: leaves that hide each other
 //! hand on more area than is seen, which would blow up the outline of plants with few, large leaves. So bounds at full
-//! detail hold at every level.
+//! detail hold at every level, up to the rounding of a scale to `f32`.
 //!
-//! Limits: growth adds up along chains of targets, up to `max_scale` and the box; what lies beyond is lost.
+//! Limits: growth adds up along chains of targets, up to `max_scale` and the box; what lies beyond is lost. In a low, wide
+//! file of several small plants the box leaves little room, and whole plants have been seen to go before half of the leaves.
 
 use super::{neighbours::Neighbours, options::Compensate};
 use crate::{bounds::Aabb, leaf::LeafGeometry, plant::Plant};

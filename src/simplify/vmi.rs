@@ -89,7 +89,8 @@ impl Work {
 }
 
 impl Vmi {
-    /// Scores all leaves of freshly counted `areas`. `fronts` gives (view, front, second, pixels) for every pair.
+    /// Scores all leaves of freshly counted `areas`. `fronts` gives each pixel's view and its
+    /// (front, second).
     pub fn new(areas: &Areas, pixels: u64, background: bool, fronts: impl Iterator<Item = (usize, [u32; 2])>) -> Self {
         let (leaves, views) = (areas.leaves, areas.views);
         let mut vmi = Self {
