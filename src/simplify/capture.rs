@@ -16,8 +16,17 @@ struct Prepared {
     depth: Vec<DepthPlane>,
 }
 
-/// Captures every view of `shapes` through `source`: the layers of each, and the number of fragments in all (each leaf
-/// once per pixel and triangle). `advance` is told how many views are done and answers whether to go on.
+/// All views of a plant.
+pub struct Captured {
+    /// One per view.
+    pub layers: Vec<Layers>,
+    /// For each leaf the pixels of all views that it covers, seen or not.
+    pub covered: Vec<u32>,
+    /// Fragments in all: each leaf once per pixel and triangle.
+    pub fragments: u64,
+}
+
+/// Captures every view of `shapes` through `source`. `advance` is told how many views are done and answers whether to go on.
 ///
 /// # Errors
 /// Those of the source; [`Error::Interrupted`] when `advance` says no.
@@ -26,13 +35,13 @@ pub fn capture(
     views: &ViewSet,
     source: &mut dyn FragmentSource,
     mut advance: impl FnMut(u64) -> bool,
-) -> Result<(Vec<Layers>, u64)> {
-    let leaves = shapes.shapes.len() as u32 - 1;
+) -> Result<Captured> {
+    let leaves = shapes.shapes.len() - 1;
     let owners = owners(shapes);
     let batch = rayon::current_num_threads().max(1);
     let mut coverage = vec![Vec::new(); batch];
-    let mut layers = Vec::with_capacity(views.views.len());
-    let mut fragments = 0;
+    let mut captured =
+        Captured { layers: Vec::with_capacity(views.views.len()), covered: vec![0; leaves], fragments: 0 };
     for first in (0..views.views.len()).step_by(batch) {
         let last = views.views.len().min(first + batch);
         let prepared: Vec<Prepared> = (first..last).into_par_iter().map(|view| prepare(shapes, views, view)).collect();
@@ -46,15 +55,19 @@ pub fn capture(
                 let pixel = i64::from(entry.pixel);
                 view.depth[entry.triangle as usize].depth(pixel % width, pixel / width)
             };
-            Layers::new(views.pixels(), coverage, depth, |triangle| owners[triangle as usize], leaves)
+            let mut covered = vec![0; leaves];
+            (Layers::new(views.pixels(), coverage, depth, |triangle| owners[triangle as usize], &mut covered), covered)
         });
-        layers.extend(sorted.collect::<Vec<_>>());
-        fragments += coverage.iter().map(|view| view.len() as u64).sum::<u64>();
+        for (layers, covered) in sorted.collect::<Vec<_>>() {
+            captured.layers.push(layers);
+            captured.covered.iter_mut().zip(covered).for_each(|(sum, pixels)| *sum += pixels);
+        }
+        captured.fragments += coverage.iter().map(|view| view.len() as u64).sum::<u64>();
         if !advance(last as u64) {
             return Err(Error::Interrupted);
         }
     }
-    Ok((layers, fragments))
+    Ok(captured)
 }
 
 /// Only covers the pixels of every view; the number of fragments.

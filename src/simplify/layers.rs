@@ -18,6 +18,10 @@ impl Fragment {
     fn leaf(self) -> u32 {
         self.0 as u32
     }
+
+    fn depth(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
 }
 
 /// `count` pixels whose frontmost and second polygons changed. Leaves count from 0, then come background and wood.
@@ -70,14 +74,16 @@ impl Layers {
     /// Sorts captured coverage into pixels.
     ///
     /// `depth(coverage)` is the depth of one entry and `leaf_of(triangle)` its leaf; the wood's triangles give
-    /// `leaves + 1`. Fragments behind the wood are dropped: nothing ever uncovers them.
+    /// `leaves + 1`. Fragments behind the wood are dropped: nothing ever uncovers them. Every pixel that a leaf covers, even
+    /// there, is counted in its entry of `covered`.
     pub fn new(
         pixels: usize,
         coverage: &[Coverage],
         depth: impl Fn(Coverage) -> u32,
         leaf_of: impl Fn(u32) -> u32,
-        leaves: u32,
+        covered: &mut [u32],
     ) -> Self {
+        let leaves = covered.len() as u32;
         let wood_row = leaves + 1;
         let mut wood_depth = vec![NO_WOOD; pixels];
         let mut starts = vec![0_u32; pixels + 1];
@@ -96,9 +102,8 @@ impl Layers {
         let mut lens = vec![0_u32; pixels];
         for entry in coverage {
             let (leaf, pixel) = (leaf_of(entry.triangle), entry.pixel as usize);
-            let depth = if leaf == wood_row { continue } else { depth(*entry) };
-            if depth <= wood_depth[pixel] {
-                stacks[(starts[pixel] + lens[pixel]) as usize] = Fragment::new(depth, leaf);
+            if leaf != wood_row {
+                stacks[(starts[pixel] + lens[pixel]) as usize] = Fragment::new(depth(*entry), leaf);
                 lens[pixel] += 1;
             }
         }
@@ -109,7 +114,7 @@ impl Layers {
                 front: bottom,
                 second: bottom,
                 start: starts[at],
-                len: stack_without_repeats(stack),
+                len: sorted(stack, wood_depth[at], covered),
                 capacity: starts[at + 1] - starts[at],
                 wood_depth: wood_depth[at],
             };
@@ -291,14 +296,17 @@ fn bottom(wood_depth: u32, leaves: u32) -> Fragment {
     Fragment::new(wood_depth, if wood_depth == NO_WOOD { leaves } else { leaves + 1 })
 }
 
-/// Sorts fragments with the nearest last, keeps each leaf's nearest alone, and gives how many are left.
-fn stack_without_repeats(stack: &mut [Fragment]) -> u32 {
+/// Sorts fragments with the nearest last, keeps each leaf's nearest alone and counts it as covering the pixel, drops what
+/// lies behind the wood, and gives how many are left.
+fn sorted(stack: &mut [Fragment], wood_depth: u32, covered: &mut [u32]) -> u32 {
     stack.sort_unstable_by_key(|fragment| (fragment.leaf(), fragment.0));
-    let mut kept = 0;
+    let (mut kept, mut last) = (0, None);
     for at in 0..stack.len() {
-        if kept == 0 || stack[kept - 1].leaf() != stack[at].leaf() {
-            stack[kept] = stack[at];
-            kept += 1;
+        let fragment = stack[at];
+        if last.replace(fragment.leaf()) != Some(fragment.leaf()) {
+            covered[fragment.leaf() as usize] += 1;
+            stack[kept] = fragment;
+            kept += usize::from(fragment.depth() <= wood_depth);
         }
     }
     stack[..kept].sort_unstable_by(|a, b| b.cmp(a));

@@ -59,6 +59,8 @@ struct Group {
     new: Footprint,
     /// Pixels that the last step looked at.
     touched: usize,
+    /// Pixels that the last step's target covers since it grew.
+    grown: u32,
 }
 
 impl Group {
@@ -68,6 +70,7 @@ impl Group {
         let Growth { target, from, to } = growth;
         self.dead[leaf as usize] = true;
         self.touched = 0;
+        self.grown = 0;
         for (i, layers) in self.layers.iter_mut().enumerate() {
             let view = self.first_view + i;
             layers.changes.clear();
@@ -79,6 +82,7 @@ impl Group {
                 self.new.rasterise(shapes, views, masks, view, target, to);
                 layers.regrow(target, &self.old, &self.new, &self.dead);
                 self.touched += self.new.fragments.len();
+                self.grown += self.new.fragments.len() as u32;
             }
         }
     }
@@ -106,7 +110,7 @@ impl Canvas {
                 let footprint = Footprint::new(pixels);
                 let (old, new) = (footprint.clone(), footprint);
                 let dead = vec![false; leaves];
-                groups.push(Group { first_view: view, layers: Vec::new(), dead, old, new, touched: 0 });
+                groups.push(Group { first_view: view, layers: Vec::new(), dead, old, new, touched: 0, grown: 0 });
             }
             groups[view / size].layers.push(layers);
         }
@@ -124,6 +128,11 @@ impl Canvas {
         }
         self.groups[0].step(scene, step);
         self.groups.extend(self.helpers.iter().filter_map(|helper| receive(&helper.from)));
+    }
+
+    /// Pixels of all views that the last step's target covers since it grew.
+    fn grown(&self) -> u32 {
+        self.groups.iter().map(|group| group.grown).sum()
     }
 
     fn changes(&self) -> Vec<&[Change]> {
@@ -175,8 +184,11 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         let choice = self.criterion.choose(&self.areas)?;
         let leaf = choice.leaf;
         let scale = self.enlarger.scales[leaf as usize];
-        let growth = self.enlarger.prune(leaf, self.areas.total(leaf as usize) > 0)?;
+        let growth = self.enlarger.prune(leaf, self.areas.total(leaf as usize))?;
         self.canvas.step(self.scene, Step { leaf, scale, growth });
+        if growth.from != growth.to {
+            self.enlarger.covered[growth.target as usize] = self.canvas.grown();
+        }
         self.criterion.absorb(&mut self.areas, &self.canvas.changes(), leaf);
         Some(Prune { leaf, target: growth.target, target_scale: growth.to, error: choice.error as f32 })
     }
@@ -227,7 +239,7 @@ mod tests {
         material::Material,
         plant::WoodPart,
         simplify::{
-            capture::capture, masks::Masks, options::Compensate, raster::CpuFragments, views::ViewSet, vmi::Vmi,
+            capture::{Captured, capture}, masks::Masks, options::Compensate, raster::CpuFragments, views::ViewSet, vmi::Vmi,
         },
     };
 
@@ -277,17 +289,28 @@ mod tests {
         nearest.into_iter().map(|pair| pair.map(|(_, row)| row)).collect()
     }
 
+    /// Pixels of all views that a leaf covers at its current scale.
+    fn covers(pruner: &Pruner<'_, Vmi>, leaf: usize) -> u32 {
+        let Scene { shapes, views, masks } = pruner.scene;
+        let mut footprint = Footprint::new(views.pixels());
+        let count = |view| {
+            footprint.rasterise(shapes, views, masks, view, leaf as u32, pruner.enlarger.scales[leaf]);
+            footprint.fragments.len() as u32
+        };
+        (0..views.views.len()).map(count).sum()
+    }
+
     #[test]
     fn after_every_step_layers_areas_and_sums_equal_those_from_scratch() {
         let plant = plant();
         let views = ViewSet::new(plant.sphere(), RESOLUTION, 20).unwrap();
         let masks = Masks::new(&plant).unwrap();
         let shapes = Shapes::new(&plant, &views, &masks, 4.0);
-        let (layers, _) = capture(&shapes, &views, &mut CpuFragments::new(), |_| true).unwrap();
+        let Captured { layers, covered, .. } = capture(&shapes, &views, &mut CpuFragments::new(), |_| true).unwrap();
         let areas = count_areas(&layers.iter().collect::<Vec<_>>(), plant.leaves.len());
         let criterion = vmi(&areas, &layers.iter().collect::<Vec<_>>());
         let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks };
-        let enlarger = Enlarger::new(&plant, Compensate::Nearest, 4.0);
+        let enlarger = Enlarger::new(&plant, covered, Compensate::Nearest, 4.0);
         let mut pruner = Pruner::new(scene, layers, areas, Box::new(criterion), enlarger);
         let mut steps = 0;
         while pruner.step().is_some() {
@@ -306,6 +329,7 @@ mod tests {
             for leaf in (0..plant.leaves.len()).filter(|&leaf| !pruner.canvas.groups[0].dead[leaf]) {
                 assert_eq!(pruner.areas.row(leaf), areas.row(leaf), "step {steps}, leaf {leaf}");
                 assert_eq!(pruner.areas.seconds(leaf), areas.seconds(leaf), "step {steps}, leaf {leaf}");
+                assert_eq!(pruner.enlarger.covered[leaf], covers(&pruner, leaf), "step {steps}, leaf {leaf}");
                 assert_eq!(
                     pruner.criterion.error(&areas, leaf as u32),
                     scratch.error(&areas, leaf as u32),

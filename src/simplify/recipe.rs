@@ -2,7 +2,7 @@
 
 use super::{
     areas::Areas,
-    capture::{capture, cover_views},
+    capture::{Captured, capture, cover_views},
     criterion::{Criterion, VisibleArea},
     enlarge::Enlarger,
     fragments::FragmentSource,
@@ -145,13 +145,13 @@ fn run(
     source.prepare(&masks.masks)?;
     let started = Instant::now();
     observer.phase("fragments", u64::from(options.views));
-    let (layers, fragments) = capture(&shapes, &views, source, |done| observer.advance(done))?;
+    let Captured { layers, covered, fragments } = capture(&shapes, &views, source, |done| observer.advance(done))?;
     let fragments_seconds = started.elapsed().as_secs_f64();
     let started = Instant::now();
     observer.phase("prune", plant.leaves.len() as u64 - 1);
     let areas = count_areas(&layers.iter().collect::<Vec<_>>(), plant.leaves.len());
     let criterion = criterion(options, &areas, &layers, &views);
-    let enlarger = Enlarger::new(plant, options.compensate, options.max_scale);
+    let enlarger = Enlarger::new(plant, covered, options.compensate, options.max_scale);
     let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks };
     let prunes = Pruner::new(scene, layers, areas, criterion, enlarger).run(|done| observer.advance(done))?;
     let seconds = Seconds { fragments: fragments_seconds, prune: started.elapsed().as_secs_f64() };

@@ -96,12 +96,14 @@ impl<'a> Naive<'a> {
             let before = self.information(&areas);
             let error = |leaf| self.error(&before, &self.count(Some(leaf)));
             let (error, _, leaf) = candidates.map(|leaf| (error(leaf), seconds[leaf], leaf)).min().unwrap();
-            let seen = areas[leaf].iter().sum::<u64>() > 0;
+            let visible = areas[leaf].iter().sum::<u64>();
             self.live[leaf] = false;
             let target = self.nearest(leaf);
-            if seen {
+            if visible > 0 {
+                let covered: usize = self.drawn[leaf].iter().map(Vec::len).sum();
                 let area = |leaf: usize| self.surface(leaf).0 * f64::from(self.scales[leaf]).powi(2);
-                let grown = ((area(target) + area(leaf)) / self.surface(target).0).sqrt();
+                let gained = area(leaf) * (visible as f64 / covered as f64);
+                let grown = ((area(target) + gained) / self.surface(target).0).sqrt();
                 self.scales[target] =
                     grown.min(self.max_scale).min(self.room(target)).max(self.scales[target].into()) as f32;
                 self.drawn[target] = self.draw(target);
@@ -206,19 +208,23 @@ impl<'a> Naive<'a> {
         (area * 0.5, (weighted / area).as_vec3())
     }
 
-    /// The scale at which a leaf reaches the box around all leaves.
+    /// The scale at which a leaf is a tenth of the diagonal out of the box around all leaves.
     fn room(&self, leaf: usize) -> f64 {
-        let axes = |axis: usize| {
-            let all = self.plant.vertices.iter().map(move |v| v.position[axis]);
-            let (low, high) = (all.clone().fold(f32::INFINITY, f32::min), all.fold(f32::NEG_INFINITY, f32::max));
-            let pivot = f64::from(self.plant.leaves[leaf].pivot[axis]);
-            self.plant.vertices[self.plant.leaves[leaf].vertex_range()].iter().map(move |v| {
-                let offset = f64::from(v.position[axis]) - pivot;
-                let wall = f64::from(if offset > 0.0 { high } else { low });
-                if offset == 0.0 { f64::INFINITY } else { (wall - pivot) / offset }
-            })
-        };
-        (0..3).flat_map(axes).fold(f64::INFINITY, f64::min).max(1.0)
+        let corners = || self.plant.vertices.iter().map(|v| Vec3::from(v.position).as_dvec3());
+        let [low, high] = [corners().reduce(DVec3::min).unwrap(), corners().reduce(DVec3::max).unwrap()];
+        let margin = (high - low).length() * 0.1;
+        let pivot = Vec3::from(self.plant.leaves[leaf].pivot).as_dvec3();
+        let mut room = f64::INFINITY;
+        for vertex in &self.plant.vertices[self.plant.leaves[leaf].vertex_range()] {
+            let offset = Vec3::from(vertex.position).as_dvec3() - pivot;
+            for axis in 0..3 {
+                let wall = if offset[axis] > 0.0 { high[axis] + margin } else { low[axis] - margin };
+                if offset[axis] != 0.0 {
+                    room = room.min((wall - pivot[axis]) / offset[axis]);
+                }
+            }
+        }
+        room.max(1.0)
     }
 
     fn nearest(&self, leaf: usize) -> usize {
