@@ -51,6 +51,9 @@ pub mod extract;
 #[cfg(feature = "simplify")]
 pub mod simplify;
 
+#[cfg(feature = "scene")]
+pub mod scene;
+
 #[cfg(any(feature = "simplify", feature = "render"))]
 pub mod render;
 

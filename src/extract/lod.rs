@@ -192,7 +192,7 @@ impl LodPolicy for PixelError {
 pub struct Hysteresis {
     /// Half the width of the band over the count. 0 follows at once.
     pub dead_band: f32,
-    current: Option<u32>,
+    current: Option<f64>,
 }
 
 impl Default for Hysteresis {
@@ -210,11 +210,17 @@ impl Hysteresis {
 
     /// The count to draw when `wanted` would be right for this frame, out of `min_leaves..=leaves`.
     pub fn settle(&mut self, wanted: u32, leaves: u32, min_leaves: u32) -> u32 {
-        let wanted = wanted.max(min_leaves).min(leaves);
-        let slack = (self.dead_band.max(0.0) * wanted as f32) as u32;
+        self.follow(f64::from(wanted), leaves, min_leaves).round() as u32
+    }
+
+    /// As [`settle`](Self::settle) for counts with a fraction, between which nothing pops. NaN counts as `min_leaves`.
+    pub fn follow(&mut self, wanted: f64, leaves: u32, min_leaves: u32) -> f64 {
+        let (least, most) = (f64::from(min_leaves.min(leaves)), f64::from(leaves));
+        let wanted = wanted.max(least).min(most);
+        let slack = f64::from(self.dead_band.max(0.0)) * wanted;
         let settled = match self.current {
-            Some(current) if wanted < leaves && wanted > min_leaves => {
-                current.clamp(wanted.saturating_sub(slack), wanted.saturating_add(slack)).max(min_leaves).min(leaves)
+            Some(current) if wanted < most && wanted > least => {
+                current.max(wanted - slack).min(wanted + slack).max(least).min(most)
             }
             _ => wanted,
         };

@@ -65,6 +65,17 @@ impl Camera {
         proj::directx::perspective_infinite_reverse(clamped_fov(self.fov_y_radians), self.aspect, self.near)
     }
 
+    /// What culling and levels of detail need of this camera, for a picture of `height_px` rows.
+    #[cfg(feature = "scene")]
+    pub fn viewer(&self, height_px: f32) -> crate::scene::Viewer {
+        crate::scene::Viewer {
+            eye: self.eye,
+            clip_from_world: self.clip_from_world(),
+            fov_y: clamped_fov(self.fov_y_radians) as f32,
+            height_px,
+        }
+    }
+
     /// Both steps in one; the w of a point is its depth along the line of sight.
     pub fn clip_from_world(&self) -> DMat4 {
         self.clip_from_camera() * self.camera_from_world()

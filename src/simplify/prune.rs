@@ -239,7 +239,12 @@ mod tests {
         material::Material,
         plant::WoodPart,
         simplify::{
-            capture::{Captured, capture}, masks::Masks, options::Compensate, raster::CpuFragments, views::ViewSet, vmi::Vmi,
+            capture::{Captured, capture},
+            masks::Masks,
+            options::Compensate,
+            raster::CpuFragments,
+            views::ViewSet,
+            vmi::Vmi,
         },
     };
 

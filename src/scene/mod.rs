@@ -1,0 +1,10 @@
+//! Many plants on screen: which of them are seen, and how many leaves each of them draws.
+//!
+//! A [`Grove`] holds where plants stand; each frame it is asked by a [`Viewer`] and answers with the instances in view and
+//! their active counts. What draws them needs nothing else: models and their timelines never change.
+
+pub mod grove;
+pub mod viewer;
+
+pub use grove::{Active, Grove, Kind, Placement};
+pub use viewer::Viewer;
