@@ -4,7 +4,7 @@
 //! from where the tree fills the picture to where the level of detail ends, and returning, 2,000 frames in all. Costs per
 //! frame and per changed leaf are printed after each case, from the medians.
 
-use criterion::{Criterion, black_box};
+use criterion::Criterion;
 use foliage_lod::{
     bounds::Sphere,
     extract::{LodPolicy, Sight, Swap, leaf_count, lod::Blend, lod::REFERENCE_FOV_Y},
@@ -13,8 +13,14 @@ use foliage_lod::{
     scene::{Grove, Kind, Placement, Viewer},
     simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
 };
-use glam::{DAffine3, DMat4, DVec3, dcamera::rh::proj, dcamera::rh::view};
-use std::time::{Duration, Instant};
+use glam::{
+    DAffine3, DMat4, DVec3,
+    dcamera::rh::{proj, view},
+};
+use std::{
+    hint::black_box,
+    time::{Duration, Instant},
+};
 
 const FRAMES: usize = 2000;
 const TREES: usize = 1000;

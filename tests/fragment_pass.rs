@@ -3,6 +3,9 @@
 //! Without an adapter the tests say so and pass; with `FOLIAGE_REQUIRE_ADAPTER=1` they fail.
 #![cfg(all(feature = "render", feature = "simplify"))]
 
+mod common;
+
+use common::gpu::gpu;
 use foliage_lod::{
     material::Wrap,
     render::{
@@ -14,17 +17,6 @@ use foliage_lod::{
         raster::CpuFragments,
     },
 };
-
-fn open_gpu() -> Option<GpuDevice> {
-    match GpuDevice::new(&GpuOptions::from_env()) {
-        Ok(gpu) => Some(gpu),
-        Err(error) if std::env::var_os("FOLIAGE_REQUIRE_ADAPTER").is_some() => panic!("{error}"),
-        Err(error) => {
-            println!("skipped: {error}");
-            None
-        }
-    }
-}
 
 /// A stream of numbers that is the same everywhere (Knuth's multiplier and increment).
 struct Random(u64);
@@ -142,7 +134,7 @@ fn view(resolution: u32) -> View {
 
 #[test]
 fn leaves_needles_and_shared_edges_cover_the_same_pixels() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut random = Random(1);
     let mut views: Vec<View> = [1, 2, 64, 128, 256, 512].map(|side| view(side).quads(&mut random, 4000, 6, 0)).into();
     views.push(view(256).quads(&mut random, 300, 200, 0));
@@ -157,7 +149,7 @@ fn leaves_needles_and_shared_edges_cover_the_same_pixels() {
 
 #[test]
 fn resolutions_that_are_no_power_of_two_cover_the_same_pixels() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut random = Random(2);
     let views = [3, 100, 333, 720].map(|side| view(side).quads(&mut random, 4000, 9, 0));
     println!("{} fragments equal", assert_same(&gpu, &[], &views));
@@ -165,7 +157,7 @@ fn resolutions_that_are_no_power_of_two_cover_the_same_pixels() {
 
 #[test]
 fn alpha_tested_leaves_cover_the_same_pixels_in_every_wrap_mode() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut random = Random(3);
     let masks = masks(&mut random);
     let views = [128, 256, 300].map(|side| view(side).quads(&mut random, 6000, 12, masks.len() as u32));
@@ -174,7 +166,7 @@ fn alpha_tested_leaves_cover_the_same_pixels_in_every_wrap_mode() {
 
 #[test]
 fn texture_coordinates_exactly_between_texels_fall_where_the_cpu_puts_them() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut random = Random(4);
     let masks = masks(&mut random);
     let mut between = view(64);
@@ -197,7 +189,7 @@ fn texture_coordinates_exactly_between_texels_fall_where_the_cpu_puts_them() {
 
 #[test]
 fn triangles_beyond_the_view_or_larger_than_it_are_complete() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut random = Random(5);
     let masks = masks(&mut random);
     let mut around = view(128);
@@ -213,7 +205,7 @@ fn triangles_beyond_the_view_or_larger_than_it_are_complete() {
 
 #[test]
 fn more_fragments_than_a_job_may_have_are_complete() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut random = Random(6);
     let whole = 256 * 256 - 128;
     let mut deep = view(256).quads(&mut random, 500, 10, 0);
@@ -232,7 +224,7 @@ fn more_fragments_than_a_job_may_have_are_complete() {
 
 #[test]
 fn buffers_kept_between_calls_leave_nothing_behind() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut random = Random(7);
     let masks = masks(&mut random);
     let mut source = GpuFragments::new(&gpu).unwrap();
@@ -248,7 +240,7 @@ fn buffers_kept_between_calls_leave_nothing_behind() {
 
 #[test]
 fn nothing_in_gives_nothing_out_and_output_is_appended() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut source = GpuFragments::new(&gpu).unwrap();
     let before = Coverage { pixel: 7, triangle: 9 };
     let mut out = vec![before];
@@ -265,7 +257,7 @@ fn nothing_in_gives_nothing_out_and_output_is_appended() {
 
 #[test]
 fn a_view_beyond_the_adapters_textures_is_refused_by_name_and_the_source_stays_usable() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut source = GpuFragments::new(&gpu).unwrap();
     let refused = source.capture(view(1 << 20).triangles(), &mut Vec::new()).unwrap_err().to_string();
     assert!(refused.contains("view resolution is 1048576") && refused.contains("--raster cpu"), "{refused}");
@@ -281,7 +273,7 @@ fn an_adapter_that_is_not_there_is_refused_by_name() {
 
 #[test]
 fn a_device_that_goes_away_is_an_error_and_stays_one() {
-    let Some(gpu) = open_gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let mut random = Random(8);
     let lost = view(64).quads(&mut random, 100, 8, 0);
     let mut source = GpuFragments::new(&gpu).unwrap();

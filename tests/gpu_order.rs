@@ -5,22 +5,15 @@
 
 mod common;
 
-use common::plants;
+use common::{gpu::gpu, plants};
 use foliage_lod::{
-    render::{
-        device::{GpuDevice, GpuOptions},
-        fragment_pass::GpuFragments,
-    },
+    render::fragment_pass::GpuFragments,
     simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
 };
 
 #[test]
 fn models_from_gpu_and_cpu_fragments_differ_in_their_recipe_alone() {
-    let gpu = match GpuDevice::new(&GpuOptions::from_env()) {
-        Ok(gpu) => gpu,
-        Err(error) if std::env::var_os("FOLIAGE_REQUIRE_ADAPTER").is_some() => panic!("{error}"),
-        Err(error) => return println!("skipped: {error}"),
-    };
+    let Some(gpu) = gpu() else { return };
     let mut source = GpuFragments::new(&gpu).unwrap();
     let options = SimplifyOptions { resolution: 96, ..SimplifyOptions::paper() };
     for plant in [plants::masked(300, 31), plants::with_wood(300, 32), plants::bent(300, 33)] {

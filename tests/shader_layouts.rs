@@ -2,7 +2,14 @@
 #![cfg(all(feature = "render", feature = "simplify"))]
 
 use foliage_lod::{
-    render::fragment_pass::{self, MaskHeader, Params},
+    render::{
+        backdrop_pass,
+        fragment_pass::{self, MaskHeader, Params},
+        leaf_pass,
+        model_buffers::{CrownRecord, Event, LeafRecord, LeafVertex, MaterialRecord},
+        surface::InstanceRecord,
+        wood_pass,
+    },
     simplify::fragments::{AlphaTest, Coverage},
 };
 use naga::{Module, TypeInner};
@@ -44,4 +51,24 @@ fn every_struct_of_the_fragment_pass_lies_in_memory_as_in_rust() {
     assert_layout!(&module, Coverage, "Coverage", [pixel, triangle]);
     let (members, _) = layout(&module, "Fragments");
     assert_eq!(members[1], ("entries".to_string(), size_of::<u32>()));
+}
+
+#[test]
+fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
+    for wgsl in [leaf_pass::wgsl(), wood_pass::wgsl()] {
+        let module = parsed(&wgsl);
+        assert_layout!(
+            &module,
+            InstanceRecord,
+            "Instance",
+            [clip_from_local, eye_local, fraction, sun_local, active_count, up_local, index_end, first_scale]
+        );
+        assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size]);
+        assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);
+    }
+    let module = parsed(&leaf_pass::wgsl());
+    assert_layout!(&module, LeafVertex, "LeafVertex", [position, normal, uv, color, leaf]);
+    assert_layout!(&module, LeafRecord, "LeafRecord", [pivot, material, first_event, end_event]);
+    assert_layout!(&module, Event, "Event", [leaf, scale]);
+    parsed(&backdrop_pass::wgsl());
 }

@@ -6,11 +6,29 @@
 
 pub mod camera;
 pub mod image;
+mod light;
+mod mips;
 pub mod software;
 
 #[cfg(feature = "render")]
+pub mod backdrop_pass;
+#[cfg(feature = "render")]
+mod buffers;
+#[cfg(feature = "render")]
 pub mod device;
+#[cfg(feature = "render")]
+pub mod foliage;
 #[cfg(all(feature = "render", feature = "simplify"))]
 pub mod fragment_pass;
 #[cfg(feature = "render")]
+pub mod leaf_pass;
+#[cfg(feature = "render")]
+pub mod model_buffers;
+#[cfg(feature = "render")]
+pub mod offscreen;
+#[cfg(feature = "render")]
 pub mod shader;
+#[cfg(feature = "render")]
+pub mod surface;
+#[cfg(feature = "render")]
+pub mod wood_pass;

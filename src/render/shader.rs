@@ -1,5 +1,6 @@
 //! Shader sources: one `.wgsl` file each, with the constants that it shares with Rust put in front.
 
+use crate::material::Wrap;
 use std::fmt::Write;
 
 /// A WGSL source being put together.
@@ -27,8 +28,29 @@ impl ShaderSource {
         self
     }
 
+    /// Adds `const NAME: vec3<f32> = value;`; the value must be finite.
+    pub fn constant_vec3(mut self, name: &str, value: glam::Vec3) -> Self {
+        let _ = writeln!(self.text, "const {name}: vec3<f32> = vec3({:?}f, {:?}f, {:?}f);", value.x, value.y, value.z);
+        self
+    }
+
+    /// Adds a piece of WGSL that several shaders share.
+    pub fn with_part(mut self, part: &str) -> Self {
+        self.text.push_str(part);
+        self
+    }
+
     /// The constants, then `body`.
     pub fn with_body(self, body: &str) -> String {
         self.text + "\n" + body
+    }
+}
+
+/// The number by which shaders know a wrap mode.
+pub const fn wrap_number(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
     }
 }

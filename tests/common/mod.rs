@@ -1,5 +1,7 @@
 //! Shared by the integration tests: generated plants and slow oracles.
 #![allow(dead_code)] // Each test binary uses its part.
 
+#[cfg(feature = "render")]
+pub mod gpu;
 pub mod naive;
 pub mod plants;

@@ -6,7 +6,10 @@ use super::{
 };
 use crate::{
     Result,
-    render::device::{GpuDevice, gpu_error, one_line},
+    render::{
+        buffers::{buffer, grow},
+        device::{GpuDevice, gpu_error, one_line},
+    },
     simplify::fragments::{AlphaMask, AlphaTest, Coverage, NO_MASK, ViewTriangles},
 };
 use std::{
@@ -256,21 +259,6 @@ fn settle_uncertain(out: &mut Vec<Coverage>, count: usize, alpha: &[AlphaTest], 
 
 fn fragment_bytes(count: u32) -> u64 {
     HEADER_BYTES + u64::from(count) * size_of::<Coverage>() as u64
-}
-
-fn buffer(device: &wgpu::Device, label: &str, usage: wgpu::BufferUsages, size: u64) -> wgpu::Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
-}
-
-/// Replaces a buffer that is too small by one with an eighth to spare. The old content is lost.
-fn grow(device: &wgpu::Device, old: &mut wgpu::Buffer, bytes: u64) -> bool {
-    let is_too_small = old.size() < bytes;
-    if is_too_small {
-        let limit = device.limits().max_storage_buffer_binding_size;
-        let spare = (bytes + bytes / 8).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT).min(limit).max(bytes);
-        *old = buffer(device, "grown", old.usage(), spare);
-    }
-    is_too_small
 }
 
 fn create_target(device: &wgpu::Device, resolution: u32) -> wgpu::TextureView {

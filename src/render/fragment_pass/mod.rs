@@ -14,7 +14,10 @@
 mod job;
 mod lane;
 
-use super::{device::GpuDevice, shader::ShaderSource};
+use super::{
+    device::GpuDevice,
+    shader::{ShaderSource, wrap_number},
+};
 use crate::{
     Error, Result,
     material::Wrap,
@@ -66,15 +69,6 @@ pub struct MaskHeader {
     pub height: u32,
     /// Wrap modes along u and v, by number.
     pub wrap: [u32; 2],
-}
-
-/// The number by which the shader knows a wrap mode.
-pub const fn wrap_number(wrap: Wrap) -> u32 {
-    match wrap {
-        Wrap::Repeat => 0,
-        Wrap::Mirror => 1,
-        Wrap::Clamp => 2,
-    }
 }
 
 /// The pass's shader with its constants.

@@ -6,25 +6,23 @@
 //!
 //! Cost: grows with covered samples; 20,000 masked leaves at 512 x 512 took 2 s on two busy cores, built for development.
 
-mod light;
-mod mips;
 mod project;
 mod tile;
 
 use super::{
     camera::Camera,
     image::{Image, MAX_IMAGE_SIDE},
+    light::{self, Light},
+    mips::{Mips, SrgbTable, srgb_from_linear},
 };
 use crate::{
     Error, Plant, Result,
     bounds::Aabb,
     leaf::Vertex,
     material::{Material, Texture},
-    model::FoliageModel,
+    model::{FoliageModel, Timeline},
     plant::Wood,
 };
-use light::Light;
-use mips::{Mips, SrgbTable, srgb_from_linear};
 use project::{Projected, STEPS_PER_PIXEL, project};
 use rayon::prelude::*;
 use tile::{Scene, TILE_PX, Tile};
@@ -99,7 +97,19 @@ impl<'a> DrawList<'a> {
 
     /// A model's wood and its first `active_count` leaves, each at the scale it is drawn with at that count.
     pub fn of_model(model: &'a FoliageModel, active_count: usize) -> Self {
-        let scales = drawn_scales(model, active_count);
+        Self::of_scaled(model, drawn_scales(model, active_count))
+    }
+
+    /// As [`of_model`](Self::of_model) at a count with a fraction: the leaf at the end of the prefix is as grown as the
+    /// fraction says (see [`Timeline::scale_between`]). `timeline` is that of `model`.
+    pub fn between(model: &'a FoliageModel, timeline: &Timeline, active_count: f32) -> Self {
+        let n = active_count as u32;
+        let fraction = active_count - n as f32;
+        let leaves = n.saturating_add(u32::from(fraction > 0.0)).min(timeline.leaves());
+        Self::of_scaled(model, (0..leaves).map(|leaf| timeline.scale_between(leaf, n, fraction)))
+    }
+
+    fn of_scaled(model: &'a FoliageModel, scales: impl IntoIterator<Item = f32>) -> Self {
         let mut list = Self::of_wood(&model.wood, &model.vertices);
         list.parts.extend(model.leaves.iter().zip(scales).map(|(leaf, scale)| Part {
             vertices: &model.vertices,

@@ -1,7 +1,10 @@
 //! From parts in the plant's space to triangles on the screen: scaling about the pivot, projection, near clipping.
 
-use super::{DrawList, Part, mips::Mips};
-use crate::{leaf::Vertex, render::camera::Camera};
+use super::{DrawList, Part};
+use crate::{
+    leaf::Vertex,
+    render::{camera::Camera, mips::Mips},
+};
 use glam::{DMat4, DVec3, Vec3};
 
 /// Screen positions are whole multiples of 1/256 pixel, so that neighbours share their edge exactly.

@@ -4,12 +4,14 @@
 //! is skipped at once; a masked texture is looked up for each sample that is still open. Colour is computed once for each
 //! triangle that a pixel sees, at the middle of the samples it has there.
 
-use super::{
-    light::Light,
-    mips::{Mips, SrgbTable},
-    project::{Projected, STEPS_PER_PIXEL, ScreenTriangle, twice_area},
+use super::project::{Projected, STEPS_PER_PIXEL, ScreenTriangle, twice_area};
+use crate::{
+    material::Material,
+    render::{
+        light::Light,
+        mips::{Mips, SrgbTable},
+    },
 };
-use crate::material::Material;
 use glam::Vec3;
 
 /// Pixels on a side of a tile: its samples fit a core's second-level cache.

@@ -14,7 +14,7 @@ const SUN: Vec3 = Vec3::new(1.75, 1.65, 1.4);
 const SKY: Vec3 = Vec3::new(0.42, 0.50, 0.62);
 const GROUND: Vec3 = Vec3::new(0.16, 0.16, 0.12);
 /// Where the sun stands: high, ahead of +Z and to the right, so that pictures from +Z are lit from the front.
-const TOWARDS_SUN: Vec3 = Vec3::new(0.48, 0.72, 0.50);
+pub(super) const TOWARDS_SUN: Vec3 = Vec3::new(0.48, 0.72, 0.50);
 /// How far light reaches around a leaf's edge-on position.
 const WRAP: f32 = 0.25;
 /// Share of the sun's light that shines through a leaf, and its tint.
@@ -24,12 +24,37 @@ const THROUGH_TINT: Vec3 = Vec3::new(1.0, 1.05, 0.55);
 const INNERMOST: f32 = 0.35;
 /// How much a leaf's normal leans outwards from the crown: softens the noise of thousands of cards.
 const LEAN: f32 = 0.45;
+/// Where, between the crown's middle (0) and its outside (1), light begins to rise.
+const INNERMOST_RADIUS: f32 = 0.15;
+/// The backdrop's colours, linear, and at which part of its height the horizon lies.
+const HORIZON: Vec3 = Vec3::new(0.80, 0.86, 0.90);
+const ZENITH: Vec3 = Vec3::new(0.36, 0.55, 0.80);
+const FLOOR: Vec3 = Vec3::new(0.62, 0.62, 0.56);
+const HORIZON_HEIGHT: f32 = 0.22;
+
+/// The constants for `light.wgsl`, which does the same on the GPU.
+#[cfg(feature = "render")]
+pub(super) fn constants(source: super::shader::ShaderSource) -> super::shader::ShaderSource {
+    source
+        .constant_vec3("SUN", SUN)
+        .constant_vec3("SKY", SKY)
+        .constant_vec3("GROUND", GROUND)
+        .constant_f32("WRAP_LIGHT", WRAP)
+        .constant_vec3("THROUGH", THROUGH_TINT * THROUGH)
+        .constant_f32("INNERMOST", INNERMOST)
+        .constant_f32("INNERMOST_RADIUS", INNERMOST_RADIUS)
+        .constant_f32("LEAN", LEAN)
+        .constant_vec3("HORIZON", HORIZON)
+        .constant_vec3("ZENITH", ZENITH)
+        .constant_vec3("FLOOR", FLOOR)
+        .constant_f32("HORIZON_HEIGHT", HORIZON_HEIGHT)
+}
 
 /// The light of one picture.
 pub(super) struct Light {
-    crown_center_from_eye: Vec3,
+    pub(super) crown_center_from_eye: Vec3,
     /// One over half the crown's extent along each axis.
-    inverse_half_size: Vec3,
+    pub(super) inverse_half_size: Vec3,
 }
 
 impl Light {
@@ -49,7 +74,7 @@ impl Light {
         let normal = (normal * flip).normalize_or_zero();
         // 0 in the crown's middle, 1 on the ellipsoid that its box encloses.
         let in_crown = (from_eye - self.crown_center_from_eye) * self.inverse_half_size;
-        let open = INNERMOST + (1.0 - INNERMOST) * smoothstep(0.15, 1.0, in_crown.length());
+        let open = INNERMOST + (1.0 - INNERMOST) * smoothstep(INNERMOST_RADIUS, 1.0, in_crown.length());
         let towards_sun = TOWARDS_SUN.normalize();
         let lit = if is_leaf {
             let outwards = (in_crown * self.inverse_half_size).normalize_or_zero();
@@ -75,10 +100,6 @@ fn smoothstep(from: f32, to: f32, x: f32) -> f32 {
 
 /// The backdrop, linear, at a height of 0 (bottom of the picture) to 1 (top).
 pub(super) fn backdrop(height: f32) -> Vec3 {
-    const HORIZON: Vec3 = Vec3::new(0.80, 0.86, 0.90);
-    const ZENITH: Vec3 = Vec3::new(0.36, 0.55, 0.80);
-    const FLOOR: Vec3 = Vec3::new(0.62, 0.62, 0.56);
-    const HORIZON_HEIGHT: f32 = 0.22;
     if height < HORIZON_HEIGHT {
         FLOOR.lerp(HORIZON, smoothstep(0.0, 1.0, height / HORIZON_HEIGHT))
     } else {

@@ -64,6 +64,12 @@ impl Mips {
         Some(Self { levels, wrap })
     }
 
+    /// All levels, the full one first.
+    #[cfg(feature = "render")]
+    pub(super) fn levels(&self) -> &[Pixels] {
+        &self.levels
+    }
+
     /// Texels of the full texture.
     pub(super) fn full_texels(&self) -> f32 {
         self.levels[0].width as f32 * self.levels[0].height as f32

@@ -1,0 +1,88 @@
+// The leaves of all plants of one model in one draw. Each instance of the draw is a run of RUN_INDICES indices of one plant;
+// corners past the plant's prefix collapse into a point.
+
+struct LeafVertex {
+    position: array<f32, 3>,
+    normal: array<f32, 3>,
+    uv: array<f32, 2>,
+    color: array<f32, 3>,
+    leaf: u32,
+}
+
+struct LeafRecord {
+    pivot: array<f32, 3>,
+    material: u32,
+    // The leaf's events in the timeline.
+    first_event: u32,
+    end_event: u32,
+}
+
+// When the active count falls to `leaf`, the owner's drawn scale becomes `scale`.
+struct Event {
+    leaf: u32,
+    scale: f32,
+}
+
+@group(0) @binding(4) var<storage, read> vertices: array<LeafVertex>;
+@group(0) @binding(5) var<storage, read> indices: array<u32>;
+@group(0) @binding(6) var<storage, read> leaves: array<LeafRecord>;
+@group(0) @binding(7) var<storage, read> events: array<Event>;
+// Drawn scales of the plants that keep their own.
+@group(1) @binding(1) var<storage, read> scales: array<f32>;
+
+// item: the instance, and the number of the run.
+@vertex
+fn leaf_corner(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>) -> Surface {
+    var surface: Surface;
+    surface.instance = item.x;
+    let at = item.y * RUN_INDICES + corner;
+    let instance = instances[item.x];
+    if at >= instance.index_end {
+        return surface;
+    }
+    let vertex = vertices[indices[at]];
+    let leaf = leaves[vertex.leaf];
+    let pivot = vec3(leaf.pivot[0], leaf.pivot[1], leaf.pivot[2]);
+    let rest = vec3(vertex.position[0], vertex.position[1], vertex.position[2]);
+    surface.position_local = pivot + (rest - pivot) * drawn_scale(vertex.leaf, leaf, instance);
+    surface.clip = instance.clip_from_local * vec4(surface.position_local, 1.0);
+    surface.uv = vec2(vertex.uv[0], vertex.uv[1]);
+    surface.color = vec3(vertex.color[0], vertex.color[1], vertex.color[2]);
+    surface.normal = vec3(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+    surface.material = leaf.material;
+    return surface;
+}
+
+@fragment
+fn leaf_color(surface: Surface) -> @location(0) vec4<f32> {
+    return surface_color(surface, true);
+}
+
+fn drawn_scale(leaf: u32, record: LeafRecord, instance: Instance) -> f32 {
+    if instance.first_scale != NO_SCALES {
+        return scales[instance.first_scale + leaf];
+    }
+    // The first event at or after the active count.
+    var low = record.first_event;
+    var high = record.end_event;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if events[middle].leaf < instance.active_count {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    let before = select(scale_of(low, record), 0.0, leaf == instance.active_count);
+    if instance.fraction <= 0.0 {
+        return before;
+    }
+    let is_next = low < record.end_event && events[low].leaf == instance.active_count;
+    let after = scale_of(low + u32(is_next), record);
+    // Areas change evenly.
+    return select(sqrt(mix(before * before, after * after, instance.fraction)), after, after == before);
+}
+
+fn scale_of(event: u32, record: LeafRecord) -> f32 {
+    return select(1.0, events[min(event, arrayLength(&events) - 1u)].scale, event < record.end_event);
+}

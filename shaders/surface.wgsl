@@ -1,0 +1,107 @@
+// What leaf_pass and wood_pass share: instances, materials, textures, and the colour of a pixel.
+//
+// Local space is plant space moved to the middle of the plant, so that f32 keeps its digits wherever a file put it.
+
+// One plant on screen.
+struct Instance {
+    clip_from_local: mat4x4<f32>,
+    eye_local: vec3<f32>,
+    // How far leaf `active_count` has grown.
+    fraction: f32,
+    // Unit vectors towards the sun and upwards, as local space sees them.
+    sun_local: vec3<f32>,
+    active_count: u32,
+    up_local: vec3<f32>,
+    // One past the last index of the last leaf drawn.
+    index_end: u32,
+    // First of this plant's own drawn scales, or NO_SCALES: then they come from the timeline.
+    first_scale: u32,
+}
+
+// The crown: the box around all leaves, drawn or not.
+struct Crown {
+    center_local: vec3<f32>,
+    inverse_half_size: vec3<f32>,
+}
+
+struct Material {
+    base_color: vec4<f32>,
+    // Alpha from which a texel covers; 0 where every one does.
+    cutoff: f32,
+    layer: u32,
+    // Wrap modes along u and v, by number.
+    wrap: vec2<u32>,
+    is_two_sided: u32,
+}
+
+@group(0) @binding(0) var<uniform> crown: Crown;
+@group(0) @binding(1) var<storage, read> materials: array<Material>;
+@group(0) @binding(2) var textures: texture_2d_array<f32>;
+@group(0) @binding(3) var filtering: sampler;
+@group(1) @binding(0) var<storage, read> instances: array<Instance>;
+
+// Pixels have several samples, and alpha chooses how many of them are covered.
+override ALPHA_TO_COVERAGE: bool = false;
+
+struct Surface {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) uv: vec2<f32>,
+    @location(1) color: vec3<f32>,
+    @location(2) normal: vec3<f32>,
+    @location(3) position_local: vec3<f32>,
+    @location(4) @interpolate(flat) material: u32,
+    @location(5) @interpolate(flat) instance: u32,
+}
+
+// Linear colour, and as alpha the share of the pixel that is covered; a pixel that is not covered is discarded.
+fn surface_color(surface: Surface, is_leaf: bool) -> vec4<f32> {
+    let material = materials[surface.material];
+    let instance = instances[surface.instance];
+    let texel = texel(material, surface.uv);
+    let alpha = texel.a * material.base_color.a;
+    let sharpness = 1.0 / max(fwidth(alpha), 1e-4);
+    var share = 1.0;
+    if material.cutoff > 0.0 {
+        share = select(
+            select(0.0, 1.0, alpha >= material.cutoff),
+            // Alpha rises through the cutoff within one pixel.
+            clamp((alpha - material.cutoff) * sharpness + 0.5, 0.0, 1.0),
+            ALPHA_TO_COVERAGE,
+        );
+    }
+    if share <= 0.0 {
+        discard;
+    }
+    let lit = Lit(
+        surface.normal,
+        surface.position_local - instance.eye_local,
+        (surface.position_local - crown.center_local) * crown.inverse_half_size,
+        crown.inverse_half_size,
+        instance.sun_local,
+        instance.up_local,
+        is_leaf,
+        is_leaf || material.is_two_sided == 1u,
+    );
+    let color = texel.rgb * material.base_color.rgb * surface.color * reflected(lit);
+    return vec4(encoded(color), share);
+}
+
+fn texel(material: Material, uv: vec2<f32>) -> vec4<f32> {
+    let inside = vec2(wrapped(uv.x, material.wrap.x), wrapped(uv.y, material.wrap.y));
+    return textureSampleGrad(textures, filtering, inside, material.layer, dpdx(uv), dpdy(uv));
+}
+
+// The sampler repeats; the other modes are brought into the texture here.
+fn wrapped(coordinate: f32, wrap: u32) -> f32 {
+    switch wrap {
+        case WRAP_CLAMP: {
+            return clamp(coordinate, 0.0, 1.0);
+        }
+        case WRAP_MIRROR: {
+            return 1.0 - abs(fract(coordinate * 0.5) * 2.0 - 1.0);
+        }
+        default: {
+            return coordinate;
+        }
+    }
+}

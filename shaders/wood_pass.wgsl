@@ -1,0 +1,19 @@
+// Trunks and branches of all plants of one model in one indexed draw, one instance a plant.
+
+@vertex
+fn wood_corner(
+    @builtin(instance_index) instance: u32,
+    @location(0) position_local: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) uv: vec2<f32>,
+    @location(3) color: vec3<f32>,
+    @location(4) material: u32,
+) -> Surface {
+    let clip = instances[instance].clip_from_local * vec4(position_local, 1.0);
+    return Surface(clip, uv, color, normal, position_local, material, instance);
+}
+
+@fragment
+fn wood_color(surface: Surface) -> @location(0) vec4<f32> {
+    return surface_color(surface, false);
+}

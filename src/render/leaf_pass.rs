@@ -1,0 +1,41 @@
+//! Draws the leaves of all plants of one model at once, each plant at its own active count.
+//!
+//! A plant's prefix is cut into runs of [`RUN_INDICES`] indices; the draw has one instance for each run of each plant. The
+//! vertex shader fetches the corner by its number, and the leaf's drawn scale from the timeline (a short binary search) or
+//! from the plant's own scales.
+
+use super::surface::{self, PassDescription, RUN_INDICES, TargetFormat};
+
+/// One instance of the draw: which plant, and which of its runs.
+pub(super) type Run = [u32; 2];
+
+/// The pass's shader with its constants.
+pub fn wgsl() -> String {
+    surface::wgsl(include_str!("../../shaders/leaf_pass.wgsl"))
+}
+
+pub(super) fn pipeline(
+    device: &wgpu::Device,
+    layouts: &[wgpu::BindGroupLayout],
+    target: TargetFormat,
+) -> wgpu::RenderPipeline {
+    let runs = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Run>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![0 => Uint32x2],
+    };
+    PassDescription {
+        name: "leaf_pass",
+        wgsl: wgsl(),
+        entry_points: ["leaf_corner", "leaf_color"],
+        layouts,
+        vertex_buffers: &[Some(runs)],
+        is_surface: true,
+    }
+    .pipeline(device, target)
+}
+
+/// Runs of a prefix that ends before index `index_end`.
+pub(super) fn runs(index_end: u32) -> u32 {
+    index_end.div_ceil(RUN_INDICES)
+}

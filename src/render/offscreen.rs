@@ -1,0 +1,161 @@
+//! Pictures through wgpu without a window: a target, its samples and its way back into memory.
+
+use super::{
+    backdrop_pass::Backdrop,
+    buffers::buffer,
+    device::{GpuDevice, gpu_error, one_line},
+    foliage::FoliageRenderer,
+    image::Image,
+    surface::TargetFormat,
+};
+use crate::{Error, Result};
+use std::time::Duration;
+
+/// Formats and samples of an [`Offscreen`]: four samples a pixel, which every adapter offers.
+pub const TARGET: TargetFormat =
+    TargetFormat { color: wgpu::TextureFormat::Rgba8UnormSrgb, depth: wgpu::TextureFormat::Depth32Float, samples: 4 };
+/// Longest wait for one picture.
+const LONGEST_WAIT: Duration = Duration::from_secs(300);
+
+/// A picture-sized target, kept between pictures.
+pub struct Offscreen {
+    gpu: GpuDevice,
+    size: [u32; 2],
+    samples: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    resolved: wgpu::Texture,
+    readback: wgpu::Buffer,
+    backdrop: Backdrop,
+}
+
+impl Offscreen {
+    /// A target of `size` pixels, width and height.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] when a side is 0 or beyond what the adapter draws; [`Error::Gpu`] when the device fails or
+    /// its vertex shaders cannot read storage buffers.
+    pub fn new(gpu: &GpuDevice, size: [u32; 2]) -> Result<Self> {
+        gpu.require(wgpu::DownlevelFlags::VERTEX_STORAGE)?;
+        let largest = gpu.device().limits().max_texture_dimension_2d;
+        if size.iter().any(|side| !(1..=largest).contains(side)) {
+            return Err(Error::InvalidOption {
+                option: "--size",
+                value: format!("{}x{}", size[0], size[1]),
+                allowed: format!("1 to {largest} pixels on a side"),
+            });
+        }
+        use wgpu::TextureUsages as Usage;
+        let texture = |format, samples, usage| texture(gpu.device(), size, format, samples, usage);
+        let view = |texture: wgpu::Texture| texture.create_view(&Default::default());
+        let target = Self {
+            samples: view(texture(TARGET.color, TARGET.samples, Usage::RENDER_ATTACHMENT)),
+            depth: view(texture(TARGET.depth, TARGET.samples, Usage::RENDER_ATTACHMENT)),
+            resolved: texture(TARGET.color, 1, Usage::RENDER_ATTACHMENT | Usage::COPY_SRC),
+            readback: buffer(
+                gpu.device(),
+                "picture",
+                wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                u64::from(row_bytes(size[0])) * u64::from(size[1]),
+            ),
+            backdrop: Backdrop::new(gpu.device(), TARGET),
+            gpu: gpu.clone(),
+            size,
+        };
+        gpu.check()?;
+        Ok(target)
+    }
+
+    /// Draws what `foliage` has prepared before the backdrop, without reading it back. Waits until the device is done.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] when the device fails or does not answer.
+    pub fn draw(&self, foliage: &FoliageRenderer) -> Result<()> {
+        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        self.encode(&mut encoder, foliage);
+        self.wait(self.gpu.queue().submit([encoder.finish()]))
+    }
+
+    /// Draws what `foliage` has prepared before the backdrop.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] when the device fails or does not answer.
+    pub fn picture(&self, foliage: &FoliageRenderer) -> Result<Image> {
+        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        self.encode(&mut encoder, foliage);
+        let [width, height] = self.size;
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes(width)), rows_per_image: None };
+        encoder.copy_texture_to_buffer(
+            self.resolved.as_image_copy(),
+            wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+        let submission = self.gpu.queue().submit([encoder.finish()]);
+        // What becomes of the mapping shows when it is read.
+        self.readback.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.wait(submission)?;
+        let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
+        {
+            let mapped = self.readback.get_mapped_range(..);
+            let mapped = mapped.map_err(|error| gpu_error(format!("picture cannot be read: {}", one_line(&error))))?;
+            for row in mapped.chunks_exact(row_bytes(width) as usize) {
+                rgba.extend_from_slice(&row[..4 * width as usize]);
+            }
+        }
+        self.readback.unmap();
+        Ok(Image { width, height, rgba })
+    }
+
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, foliage: &FoliageRenderer) {
+        let resolved = self.resolved.create_view(&Default::default());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("offscreen"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.samples,
+                depth_slice: None,
+                resolve_target: Some(&resolved),
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        self.backdrop.render(&mut pass);
+        foliage.render(&mut pass);
+    }
+
+    fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(LONGEST_WAIT) };
+        let waited = self.gpu.device().poll(wait);
+        self.gpu.check()?;
+        let name = self.gpu.adapter_name();
+        waited.map(drop).map_err(|error| gpu_error(format!("{name} does not answer: {}", one_line(&error))))
+    }
+}
+
+/// Bytes from one row to the next in a buffer that a texture is copied to.
+fn row_bytes(width: u32) -> u32 {
+    (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+}
+
+fn texture(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    sample_count: u32,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("offscreen"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}

@@ -1,0 +1,164 @@
+//! What the passes that draw plants share: the target, the bindings, and the pieces of their shaders.
+
+use super::{
+    light,
+    shader::{ShaderSource, wrap_number},
+};
+use crate::material::Wrap;
+
+/// What the passes draw into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TargetFormat {
+    /// Colour format. Into one that is not sRGB the passes write sRGB-encoded bytes themselves.
+    pub color: wgpu::TextureFormat,
+    /// Depth format. Depth is reversed: clear to 0, nearer is greater.
+    pub depth: wgpu::TextureFormat,
+    /// Samples in a pixel. With more than one, alpha masks choose how many of them a leaf covers (alpha to coverage).
+    pub samples: u32,
+}
+
+/// One plant on screen, as the shaders read it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct InstanceRecord {
+    /// From local space (plant space moved to the middle of the plant) to clip space.
+    pub clip_from_local: [[f32; 4]; 4],
+    /// The camera in local space.
+    pub eye_local: [f32; 3],
+    /// How far leaf `active_count` has grown.
+    pub fraction: f32,
+    /// Unit vector towards the sun, as local space sees it.
+    pub sun_local: [f32; 3],
+    /// Leaves that are drawn whole.
+    pub active_count: u32,
+    /// Unit vector upwards, as local space sees it.
+    pub up_local: [f32; 3],
+    /// One past the last index of the last leaf drawn.
+    pub index_end: u32,
+    /// First of this plant's own drawn scales, or [`NO_SCALES`].
+    pub first_scale: u32,
+    /// Up to a multiple of 16 bytes.
+    pub padding: [u32; 3],
+}
+
+/// The plant keeps no drawn scales of its own: the timeline tells them.
+pub const NO_SCALES: u32 = u32::MAX;
+
+/// Indices of one run: what one instance of a draw covers. Two-triangle leaves go 64 to a run.
+pub const RUN_INDICES: u32 = 384;
+
+/// The shader `body` with everything that it shares with others in front.
+pub(super) fn wgsl(body: &str) -> String {
+    light::constants(ShaderSource::new())
+        .constant_u32("WRAP_MIRROR", wrap_number(Wrap::Mirror))
+        .constant_u32("WRAP_CLAMP", wrap_number(Wrap::Clamp))
+        .constant_u32("NO_SCALES", NO_SCALES)
+        .constant_u32("RUN_INDICES", RUN_INDICES)
+        .with_part(include_str!("../../shaders/light.wgsl"))
+        .with_part(include_str!("../../shaders/surface.wgsl"))
+        .with_body(body)
+}
+
+/// Bindings of a model (group 0) and of a frame (group 1).
+pub(super) fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
+    let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
+    let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    };
+    let model = [
+        (fragment, buffer_binding(wgpu::BufferBindingType::Uniform)),
+        (fragment, storage),
+        (fragment, texture),
+        (fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+        (vertex, storage),
+        (vertex, storage),
+        (vertex, storage),
+        (vertex, storage),
+    ];
+    let frame = [(vertex | fragment, storage), (vertex, storage)];
+    [layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)]
+}
+
+fn buffer_binding(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+fn layout(
+    device: &wgpu::Device,
+    label: &str,
+    bindings: &[(wgpu::ShaderStages, wgpu::BindingType)],
+) -> wgpu::BindGroupLayout {
+    let entry = |(binding, &(visibility, ty))| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+    let entries: Vec<_> = (0..).zip(bindings).map(entry).collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+}
+
+/// How one pass becomes a pipeline.
+pub(super) struct PassDescription<'a> {
+    pub(super) name: &'a str,
+    pub(super) wgsl: String,
+    pub(super) entry_points: [&'a str; 2],
+    pub(super) layouts: &'a [wgpu::BindGroupLayout],
+    pub(super) vertex_buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    /// Depth is tested and written, and alpha covers samples.
+    pub(super) is_surface: bool,
+}
+
+impl PassDescription<'_> {
+    pub(super) fn pipeline(self, device: &wgpu::Device, target: TargetFormat) -> wgpu::RenderPipeline {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(self.name),
+            source: wgpu::ShaderSource::Wgsl(self.wgsl.into()),
+        });
+        let layouts: Vec<_> = self.layouts.iter().map(Some).collect();
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(self.name),
+            bind_group_layouts: &layouts,
+            immediate_size: 0,
+        });
+        let covers = self.is_surface && target.samples > 1;
+        let encodes = ("ENCODE_SRGB", f64::from(u8::from(!target.color.is_srgb())));
+        let constants = [encodes, ("ALPHA_TO_COVERAGE", f64::from(u8::from(covers)))];
+        let compilation_options = wgpu::PipelineCompilationOptions {
+            constants: if self.is_surface { &constants } else { &constants[..1] },
+            ..Default::default()
+        };
+        // Coverage goes to samples, not to the target's alpha.
+        let write_mask = if self.is_surface { wgpu::ColorWrites::COLOR } else { wgpu::ColorWrites::ALL };
+        let compare = if self.is_surface { wgpu::CompareFunction::Greater } else { wgpu::CompareFunction::Always };
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(self.name),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(self.entry_points[0]),
+                compilation_options: Default::default(),
+                buffers: self.vertex_buffers,
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: target.depth,
+                depth_write_enabled: Some(self.is_surface),
+                depth_compare: Some(compare),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: wgpu::MultisampleState {
+                count: target.samples,
+                alpha_to_coverage_enabled: covers,
+                ..Default::default()
+            },
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(self.entry_points[1]),
+                compilation_options,
+                targets: &[Some(wgpu::ColorTargetState { format: target.color, blend: None, write_mask })],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
