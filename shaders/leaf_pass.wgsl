@@ -62,25 +62,39 @@ fn drawn_scale(leaf: u32, record: LeafRecord, instance: Instance) -> f32 {
     if instance.first_scale != NO_SCALES {
         return scales[instance.first_scale + leaf];
     }
-    // The first event at or after the active count.
+    // The first event whose leaf may not be wholly there.
     var low = record.first_event;
     var high = record.end_event;
     while low < high {
         let middle = (low + high) / 2u;
-        if events[middle].leaf < instance.active_count {
+        if events[middle].leaf < instance.first_partial {
             low = middle + 1u;
         } else {
             high = middle;
         }
     }
-    let before = select(scale_of(low, record), 0.0, leaf == instance.active_count);
-    if instance.fraction <= 0.0 {
-        return before;
+    let own = presence(leaf, instance);
+    let is_still = low >= record.end_event || events[low].leaf >= instance.drawn;
+    if is_still && own == 1.0 {
+        return scale_of(low, record);
     }
-    let is_next = low < record.end_event && events[low].leaf == instance.active_count;
-    let after = scale_of(low + u32(is_next), record);
-    // Areas change evenly.
-    return select(sqrt(mix(before * before, after * after, instance.fraction)), after, after == before);
+    var area = 0.0;
+    while low < record.end_event && events[low].leaf < instance.drawn {
+        let gone = 1.0 - presence(events[low].leaf, instance);
+        area += gone * (pow2(scale_of(low, record)) - pow2(scale_of(low + 1u, record)));
+        low += 1u;
+    }
+    return sqrt(max(pow2(scale_of(low, record)) + area, 0.0) * own);
+}
+
+// How much of a leaf is there, by area.
+fn presence(leaf: u32, instance: Instance) -> f32 {
+    let behind = f32(i32(leaf) - i32(instance.active_count));
+    return clamp((instance.fraction - behind - 0.5) / instance.window + 0.5, 0.0, 1.0);
+}
+
+fn pow2(x: f32) -> f32 {
+    return x * x;
 }
 
 fn scale_of(event: u32, record: LeafRecord) -> f32 {

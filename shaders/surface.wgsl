@@ -6,7 +6,7 @@
 struct Instance {
     clip_from_local: mat4x4<f32>,
     eye_local: vec3<f32>,
-    // How far leaf `active_count` has grown.
+    // Fraction of the active count.
     fraction: f32,
     // Unit vectors towards the sun and upwards, as local space sees them.
     sun_local: vec3<f32>,
@@ -16,6 +16,11 @@ struct Instance {
     index_end: u32,
     // First of this plant's own drawn scales, or NO_SCALES: then they come from the timeline.
     first_scale: u32,
+    // The first leaf that may not be wholly there, and one past the last that is there at all.
+    first_partial: u32,
+    drawn: u32,
+    // How many leaves come and go at once.
+    window: f32,
 }
 
 // The crown: the box around all leaves, drawn or not.

@@ -63,7 +63,7 @@ impl Stage {
     }
 
     fn at_origin(&self, active: f32) -> Instance {
-        Instance { model: self.models[0], world_from_plant: DAffine3::IDENTITY, active, scales: None }
+        Instance { model: self.models[0], world_from_plant: DAffine3::IDENTITY, active, window: 1.0, scales: None }
     }
 }
 

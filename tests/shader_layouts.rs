@@ -61,7 +61,19 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
             &module,
             InstanceRecord,
             "Instance",
-            [clip_from_local, eye_local, fraction, sun_local, active_count, up_local, index_end, first_scale]
+            [
+                clip_from_local,
+                eye_local,
+                fraction,
+                sun_local,
+                active_count,
+                up_local,
+                index_end,
+                first_scale,
+                first_partial,
+                drawn,
+                window
+            ]
         );
         assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size]);
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);

@@ -10,7 +10,7 @@ pub mod timeline;
 mod validate;
 
 pub use assemble::Prune;
-pub use timeline::Timeline;
+pub use timeline::{Timeline, Transition};
 
 use crate::{
     bounds::{Aabb, Sphere},

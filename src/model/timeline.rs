@@ -73,21 +73,87 @@ impl Timeline {
         if first < end { self.scales[first] } else { 1.0 }
     }
 
-    /// Drawn scale of `leaf` at the active count `n + fraction`, which draws the leaves `0..=n` when `fraction` is above 0:
-    /// leaf `n` grows from nothing while its target shrinks back, so nothing pops.
+    /// Drawn scale of `leaf` while leaves at the end of the prefix come and go: 0 for one that is not there yet.
     ///
-    /// Areas change evenly with `fraction`, scales with their square roots. `fraction` is clamped to 0..=1 (NaN is 0) and
-    /// at both ends the result has the bits of [`Timeline::scale`] at `n` and `n + 1`.
-    pub fn scale_between(&self, leaf: u32, n: u32, fraction: f32) -> f32 {
-        let without = if leaf == n { 0.0 } else { self.scale(leaf, n) };
-        let with = self.scale(leaf, n.saturating_add(1));
-        if fraction >= 1.0 || without == with {
-            with
-        } else if fraction > 0.0 {
-            (without * without + (with * with - without * without) * fraction).sqrt()
-        } else {
-            without
+    /// Areas, not scales, change evenly: a leaf's own area with its [`presence`](Transition::presence), and its target's
+    /// from what it is without that leaf to what it is with it. At a whole count with a window of 1 the result has the bits
+    /// of [`Timeline::scale`]. O(log events of the leaf + those of them in the window).
+    pub fn scale_at(&self, leaf: u32, transition: &Transition) -> f32 {
+        let presence = transition.presence(leaf);
+        if leaf >= self.leaves() || presence == 0.0 {
+            return 0.0;
         }
+        let [start, end] = [self.starts[leaf as usize] as usize, self.starts[leaf as usize + 1] as usize];
+        let scale = |at: usize| if at < end { self.scales[at] } else { 1.0 };
+        let first = start + self.events[start..end].partition_point(|&event| event < transition.first_partial());
+        let (mut at, mut area) = (first, 0.0);
+        while at < end && self.events[at] < transition.drawn() {
+            let gone = 1.0 - transition.presence(self.events[at]);
+            area += gone * (scale(at) * scale(at) - scale(at + 1) * scale(at + 1));
+            at += 1;
+        }
+        if at == first && presence == 1.0 {
+            return scale(at);
+        }
+        ((scale(at) * scale(at) + area).max(0.0) * presence).sqrt()
+    }
+}
+
+/// An active count with a fraction, and how many leaves at the end of the prefix come and go at once.
+///
+/// With a window of 1 the leaf at the end grows from nothing while its target shrinks back, then the next. A window of `w`
+/// leaves spreads each of these changes over `w` times as many frames, with `w` leaves on their way at any time, so that a
+/// large leaf does not come faster than small ones: the largest change between two frames is smaller. The leaves' presences
+/// add up to the active count (for a window that is not whole, nearly).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transition {
+    n: u32,
+    /// 0 up to but not 1.
+    fraction: f32,
+    /// At least 1.
+    window: f32,
+}
+
+impl Transition {
+    /// A window that suits plants of thousands of leaves: the largest change between two frames of a dolly was 0.7 of
+    /// what it is with a window of 1.
+    pub const SMOOTH_WINDOW: f32 = 64.0;
+
+    /// The active count `active` of `leaves`, clamped to 0 and `leaves` (NaN counts as 0), with `window` leaves on their way:
+    /// at least 1, and fewer close to both ends, where no room is left.
+    pub fn new(active: f64, window: f32, leaves: u32) -> Self {
+        let active = active.max(0.0).min(f64::from(leaves));
+        let n = active.floor();
+        let room = 2.0 * active.min(f64::from(leaves) - active);
+        Self { n: n as u32, fraction: (active - n) as f32, window: window.min(room as f32).max(1.0) }.normal()
+    }
+
+    /// Rounding to `f32` may have filled the fraction up.
+    fn normal(self) -> Self {
+        if self.fraction < 1.0 { self } else { Self { n: self.n + 1, fraction: 0.0, ..self } }
+    }
+
+    /// Whole leaves of the count, its fraction, and the window.
+    pub fn parts(&self) -> (u32, f32, f32) {
+        (self.n, self.fraction, self.window)
+    }
+
+    /// How much of `leaf` is there, by area: 1 for all leaves before the window, 0 for those after it.
+    pub fn presence(&self, leaf: u32) -> f32 {
+        let behind = (i64::from(leaf) - i64::from(self.n)) as f32;
+        ((self.fraction - behind - 0.5) / self.window + 0.5).clamp(0.0, 1.0)
+    }
+
+    /// The first leaf that may not be wholly there.
+    pub fn first_partial(&self) -> u32 {
+        let behind = (self.fraction - 0.5 - 0.5 * self.window).floor() as i64 + 1;
+        (i64::from(self.n) + behind).max(0) as u32
+    }
+
+    /// Leaves to draw: those after it are not there at all.
+    pub fn drawn(&self) -> u32 {
+        let behind = (self.fraction - 0.5 + 0.5 * self.window).ceil() as i64;
+        (i64::from(self.n) + behind).max(0) as u32
     }
 }
 
@@ -118,18 +184,67 @@ mod tests {
         assert_eq!((timeline.events().len(), timeline.scales().len(), timeline.starts().len()), (11, 11, 13));
     }
 
+    fn at(active: f64, window: f32) -> Transition {
+        Transition::new(active, window, 12)
+    }
+
     #[test]
-    fn between_two_counts_areas_change_evenly_and_the_ends_are_exact() {
+    fn at_whole_counts_a_transition_has_the_bits_of_the_plain_scale() {
+        let timeline = Timeline::new(&samples::model(12));
+        for n in 0..=12 {
+            let transition = at(f64::from(n), 1.0);
+            assert_eq!((transition.first_partial(), transition.drawn()), (n, n));
+            for leaf in 0..12 {
+                let expected = if leaf < n { timeline.scale(leaf, n) } else { 0.0 };
+                assert_eq!(timeline.scale_at(leaf, &transition).to_bits(), expected.to_bits(), "leaf {leaf} at {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn between_two_counts_areas_change_evenly() {
         let timeline = Timeline::new(&samples::model(12));
         for n in 0..12 {
             for leaf in 0..=n {
                 let start = if leaf == n { 0.0 } else { timeline.scale(leaf, n) };
                 let end = timeline.scale(leaf, n + 1);
-                assert_eq!(timeline.scale_between(leaf, n, 0.0).to_bits(), start.to_bits());
-                assert_eq!(timeline.scale_between(leaf, n, f32::NAN).to_bits(), start.to_bits());
-                assert_eq!(timeline.scale_between(leaf, n, 1.0).to_bits(), end.to_bits());
-                let middle = timeline.scale_between(leaf, n, 0.5);
-                assert!((middle * middle - 0.5 * (start * start + end * end)).abs() < 1e-4);
+                let middle = timeline.scale_at(leaf, &at(f64::from(n) + 0.25, 1.0));
+                assert!((middle * middle - 0.75 * start * start - 0.25 * end * end).abs() < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_equals_undoing_each_event_by_its_presence() {
+        let model = samples::model(12);
+        let timeline = Timeline::new(&model);
+        for (active, window) in [(6.3, 4.0), (6.0, 5.5), (1.2, 9.0), (11.6, 9.0), (5.5, 1e9), (7.9, 0.0)] {
+            let transition = at(active, window);
+            // From the whole plant downwards, each event as far as its leaf is gone.
+            let mut areas = vec![1.0_f32; 12];
+            for (i, leaf) in model.leaves.iter().enumerate().rev() {
+                if let Some(target) = leaf.target() {
+                    let before = timeline.scale(target as u32, i as u32 + 1).powi(2);
+                    areas[target] += (1.0 - transition.presence(i as u32)) * (leaf.scale.powi(2) - before);
+                }
+            }
+            let presences: f32 = (0..12).map(|leaf| transition.presence(leaf)).sum();
+            assert!((f64::from(presences) - active).abs() < 0.1, "{presences} for {active}");
+            for leaf in 0..12 {
+                let expected = (areas[leaf as usize] * transition.presence(leaf)).sqrt();
+                let scale = timeline.scale_at(leaf, &transition);
+                assert!((scale - expected).abs() < 1e-4, "leaf {leaf} at {active}: {scale}, {expected}");
+                assert_eq!(scale > 0.0, leaf < transition.drawn());
+            }
+        }
+    }
+
+    #[test]
+    fn any_numbers_give_a_count_between_none_and_all() {
+        for active in [f64::NAN, -1.0, f64::INFINITY, 1e300, 11.999_999_999] {
+            for window in [f32::NAN, -3.0, 0.0, f32::INFINITY] {
+                let transition = at(active, window);
+                assert!(transition.drawn() <= 12 && transition.first_partial() <= 12, "{transition:?}");
             }
         }
     }
@@ -138,6 +253,7 @@ mod tests {
     fn a_leaf_that_does_not_exist_has_scale_1() {
         let timeline = Timeline::new(&samples::model(3));
         assert_eq!(timeline.scale(3, 0), 1.0);
+        assert_eq!(timeline.scale_at(3, &Transition::new(3.0, 1.0, 3)), 0.0);
         assert_eq!(Timeline::default().scale(0, 0), 1.0);
     }
 }

@@ -23,7 +23,11 @@ use super::{
     surface::{InstanceRecord, NO_SCALES, RUN_INDICES, TargetFormat, layouts},
     wood_pass,
 };
-use crate::{Error, Result, extract::Swap, model::FoliageModel};
+use crate::{
+    Error, Result,
+    extract::Swap,
+    model::{FoliageModel, Transition},
+};
 use glam::{DAffine3, DMat4, DVec3};
 use std::ops::Range;
 
@@ -45,11 +49,12 @@ pub struct Instance {
     pub model: ModelId,
     /// Where it stands. A transform that is not finite or not invertible hides the plant.
     pub world_from_plant: DAffine3,
-    /// Active count with its fraction: leaves `0..floor` are drawn, and the next one as grown as the fraction says. Clamped
-    /// to what the model has; NaN draws the wood alone.
+    /// Active count with its fraction. Clamped to what the model has; NaN draws the wood alone.
     pub active: f32,
-    /// The plant's own drawn scales; `None` takes them from the timeline. They belong to whole counts: the fraction is
-    /// ignored with them.
+    /// How many leaves at the end of the prefix come and go at once (see [`Transition`]); less than 1 counts as 1.
+    pub window: f32,
+    /// The plant's own drawn scales; `None` takes them from the timeline. They belong to whole counts: fraction and window
+    /// are ignored with them.
     pub scales: Option<ScalesId>,
 }
 
@@ -225,7 +230,7 @@ impl FoliageRenderer {
                     prepared.skipped += 1;
                     continue;
                 };
-                prepared.leaves += u64::from(record.active_count) + u64::from(record.fraction > 0.0);
+                prepared.leaves += u64::from(record.drawn);
                 let at = self.records.len() as u32;
                 self.run_list.extend((0..leaf_pass::runs(record.index_end)).map(|run| [at, run]));
                 self.records.push(record);
@@ -288,11 +293,12 @@ fn record(model: &ModelBuffers, instance: &Instance, clip_from_world: &DMat4, ey
     let turned =
         |direction: DVec3| local_from_world.transform_vector3(direction).normalize_or_zero().as_vec3().to_array();
     let leaves = model.index_ends.len() as u32;
-    let active = instance.active.clamp(0.0, leaves as f32);
-    let active_count = (active as u32).min(leaves);
     let scales = instance.scales.filter(|scales| scales.leaves == leaves);
-    let fraction = if scales.is_some() { 0.0 } else { (active - active_count as f32).max(0.0) };
-    let drawn = active_count as usize + usize::from(fraction > 0.0);
+    let (active, window) =
+        if scales.is_some() { (instance.active.floor(), 1.0) } else { (instance.active, instance.window) };
+    let transition = Transition::new(f64::from(active), window, leaves);
+    let (active_count, fraction, window) = transition.parts();
+    let drawn = transition.drawn();
     Some(InstanceRecord {
         clip_from_local: clip_from_local.to_cols_array_2d(),
         eye_local: eye_local.to_array(),
@@ -300,8 +306,10 @@ fn record(model: &ModelBuffers, instance: &Instance, clip_from_world: &DMat4, ey
         sun_local: turned(TOWARDS_SUN.as_dvec3()),
         active_count,
         up_local: turned(DVec3::Y),
-        index_end: drawn.checked_sub(1).map_or(0, |last| model.index_ends[last]),
+        index_end: drawn.checked_sub(1).map_or(0, |last| model.index_ends[last as usize]),
+        first_partial: transition.first_partial(),
+        window,
+        drawn,
         first_scale: scales.map_or(NO_SCALES, |scales| scales.first),
-        padding: [0; 3],
     })
 }

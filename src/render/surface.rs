@@ -25,11 +25,11 @@ pub struct InstanceRecord {
     pub clip_from_local: [[f32; 4]; 4],
     /// The camera in local space.
     pub eye_local: [f32; 3],
-    /// How far leaf `active_count` has grown.
+    /// Fraction of the active count.
     pub fraction: f32,
     /// Unit vector towards the sun, as local space sees it.
     pub sun_local: [f32; 3],
-    /// Leaves that are drawn whole.
+    /// Whole leaves of the active count.
     pub active_count: u32,
     /// Unit vector upwards, as local space sees it.
     pub up_local: [f32; 3],
@@ -37,8 +37,12 @@ pub struct InstanceRecord {
     pub index_end: u32,
     /// First of this plant's own drawn scales, or [`NO_SCALES`].
     pub first_scale: u32,
-    /// Up to a multiple of 16 bytes.
-    pub padding: [u32; 3],
+    /// The first leaf that may not be wholly there.
+    pub first_partial: u32,
+    /// Leaves to draw.
+    pub drawn: u32,
+    /// How many leaves come and go at once.
+    pub window: f32,
 }
 
 /// The plant keeps no drawn scales of its own: the timeline tells them.

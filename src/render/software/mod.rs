@@ -20,7 +20,7 @@ use crate::{
     bounds::Aabb,
     leaf::Vertex,
     material::{Material, Texture},
-    model::{FoliageModel, Timeline},
+    model::{FoliageModel, Timeline, Transition},
     plant::Wood,
 };
 use project::{Projected, STEPS_PER_PIXEL, project};
@@ -100,13 +100,10 @@ impl<'a> DrawList<'a> {
         Self::of_scaled(model, drawn_scales(model, active_count))
     }
 
-    /// As [`of_model`](Self::of_model) at a count with a fraction: the leaf at the end of the prefix is as grown as the
-    /// fraction says (see [`Timeline::scale_between`]). `timeline` is that of `model`.
-    pub fn between(model: &'a FoliageModel, timeline: &Timeline, active_count: f32) -> Self {
-        let n = active_count as u32;
-        let fraction = active_count - n as f32;
-        let leaves = n.saturating_add(u32::from(fraction > 0.0)).min(timeline.leaves());
-        Self::of_scaled(model, (0..leaves).map(|leaf| timeline.scale_between(leaf, n, fraction)))
+    /// As [`of_model`](Self::of_model) while leaves come and go. `timeline` is that of `model`.
+    pub fn between(model: &'a FoliageModel, timeline: &Timeline, transition: &Transition) -> Self {
+        let drawn = transition.drawn().min(timeline.leaves());
+        Self::of_scaled(model, (0..drawn).map(|leaf| timeline.scale_at(leaf, transition)))
     }
 
     fn of_scaled(model: &'a FoliageModel, scales: impl IntoIterator<Item = f32>) -> Self {

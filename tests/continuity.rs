@@ -1,0 +1,101 @@
+//! A slow dolly with a fractional active count changes the picture so little from frame to frame that nothing pops.
+//!
+//! Without an adapter the test says so and passes; with `FOLIAGE_REQUIRE_ADAPTER=1` it fails.
+#![cfg(all(feature = "render", feature = "simplify"))]
+
+mod common;
+
+use common::gpu::gpu;
+
+use foliage_lod::{
+    extract::{
+        LodPolicy, Sight,
+        lod::{Blend, REFERENCE_FOV_Y},
+    },
+    grow::{GrowOptions, Species, grow},
+    model::{FoliageModel, Transition},
+    render::{
+        camera::Camera,
+        device::GpuDevice,
+        foliage::{FoliageRenderer, Instance},
+        image::Image,
+        offscreen::{Offscreen, TARGET},
+    },
+    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+};
+use glam::{DAffine3, DVec3};
+
+const FRAMES: usize = 2000;
+const SIDE: u32 = 128;
+
+fn birch() -> FoliageModel {
+    let species = Species::embedded("betula-populifolia").unwrap();
+    let plant = grow(&species, &GrowOptions { leaves: Some(6000), ..GrowOptions::default() }).unwrap();
+    let options = SimplifyOptions { resolution: 128, ..SimplifyOptions::paper() };
+    simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model
+}
+
+/// Active counts from 3 to 60 radii, with their fractions.
+fn counts(policy: &dyn LodPolicy, leaves: usize, fewest: f32) -> Vec<f32> {
+    let distance = |frame: usize| 3.0 + 57.0 * frame as f32 / (FRAMES - 1) as f32;
+    let sight = |distance| Sight { distance, radius: 1.0, fov_y: REFERENCE_FOV_Y, height_px: 1080.0 };
+    (0..FRAMES).map(|frame| (policy.lod(&sight(distance(frame))).max(fewest) * leaves as f32).max(1.0)).collect()
+}
+
+/// Three levels, each the mean of the counts of a third of the way: the same number of leaves on average.
+fn three_levels(counts: &[f32]) -> Vec<f32> {
+    let third = counts.len().div_ceil(3);
+    let level = |counts: &[f32]| vec![mean(counts).round(); counts.len()];
+    counts.chunks(third).flat_map(level).collect()
+}
+
+fn mean(counts: &[f32]) -> f32 {
+    counts.iter().sum::<f32>() / counts.len() as f32
+}
+
+fn rmse(a: &Image, b: &Image) -> f64 {
+    let squares = a.rgba.iter().zip(&b.rgba).map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2));
+    (squares.sum::<f64>() / a.rgba.len() as f64).sqrt()
+}
+
+/// Only the level of detail moves: the camera stands still, where the tree fills the picture.
+fn largest_change(gpu: &GpuDevice, model: &FoliageModel, counts: &[f32]) -> f64 {
+    let target = Offscreen::new(gpu, [SIDE; 2]).unwrap();
+    let mut foliage = FoliageRenderer::new(gpu.device(), TARGET);
+    let id = foliage.add_model(gpu.device(), gpu.queue(), model).unwrap();
+    let camera = Camera::framing(&model.sphere(), DVec3::new(0.4, 0.2, 1.0), 0.6, 1.0);
+    let mut draw = |&active: &f32| {
+        let instance = Instance {
+            model: id,
+            world_from_plant: DAffine3::IDENTITY,
+            active,
+            window: Transition::SMOOTH_WINDOW,
+            scales: None,
+        };
+        foliage.prepare(gpu.device(), gpu.queue(), &camera, &[instance]).unwrap();
+        target.picture(&foliage).unwrap()
+    };
+    let mut counts = counts.to_vec();
+    counts.dedup();
+    let pictures: Vec<Image> = counts.iter().map(&mut draw).collect();
+    pictures.windows(2).map(|pair| rmse(&pair[0], &pair[1])).fold(0.0, f64::max)
+}
+
+fn pops_a_tenth(policy: &dyn LodPolicy, fewest: f32) {
+    let Some(gpu) = gpu() else { return };
+    let model = birch();
+    let counts = counts(policy, model.leaves.len(), fewest);
+    let levels = three_levels(&counts);
+    assert!((mean(&levels) - mean(&counts)).abs() < 1.0);
+    let [continuous, discrete] = [&counts, &levels].map(|counts| largest_change(&gpu, &model, counts));
+    println!(
+        "largest change between frames: {continuous:.2} continuous, {discrete:.2} with three levels (RMSE, 0-255)"
+    );
+    assert!(continuous > 0.0 && continuous < 0.1 * discrete, "{continuous} against {discrete}");
+}
+
+#[test]
+fn down_to_15_percent_the_largest_change_is_less_than_a_tenth_of_that_of_three_levels() {
+    // Down to the paper's smallest picture. Of the last few leaves each is a large part of the tree.
+    pops_a_tenth(&Blend::default(), 0.15);
+}
