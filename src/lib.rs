@@ -57,6 +57,9 @@ pub mod scene;
 #[cfg(any(feature = "simplify", feature = "render"))]
 pub mod render;
 
+#[cfg(feature = "report")]
+pub mod report;
+
 pub use error::{Error, Result};
 pub use plant::Plant;
 

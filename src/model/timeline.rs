@@ -221,7 +221,7 @@ mod tests {
         for (active, window) in [(6.3, 4.0), (6.0, 5.5), (1.2, 9.0), (11.6, 9.0), (5.5, 1e9), (7.9, 0.0)] {
             let transition = at(active, window);
             // From the whole plant downwards, each event as far as its leaf is gone.
-            let mut areas = vec![1.0_f32; 12];
+            let mut areas = [1.0_f32; 12];
             for (i, leaf) in model.leaves.iter().enumerate().rev() {
                 if let Some(target) = leaf.target() {
                     let before = timeline.scale(target as u32, i as u32 + 1).powi(2);

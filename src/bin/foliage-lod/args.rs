@@ -30,6 +30,28 @@ pub enum Command {
     Grow(Grow),
     /// Draw a model into a PNG file.
     Render(Render),
+    /// Measure frame and extraction times as tables, plots and pictures.
+    Report(Report),
+}
+
+/// `foliage-lod report`.
+#[derive(Parser)]
+pub struct Report {
+    /// The published experiments, repeated: three species against distance, forests, pictures.
+    #[arg(long, required = true)]
+    pub paper: bool,
+    /// The folder to write into; made where it does not exist.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Width and height of a frame in pixels.
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "640x360")]
+    pub size: [u32; 2],
+    /// Leaves of each tree, for a quick look; the species' own number unless given.
+    #[arg(long)]
+    pub leaves: Option<u32>,
+    /// Print one JSON object instead of steps.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `foliage-lod simplify`.

@@ -14,6 +14,7 @@ mod progress;
 mod quickstart;
 mod raster;
 mod render;
+mod report;
 mod simplify;
 
 use args::Command;
@@ -36,5 +37,6 @@ fn run() -> Result<(), Failure> {
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Grow(args)) => grow::run(&args),
         Some(Command::Render(args)) => render::run(&args),
+        Some(Command::Report(args)) => report::run(&args),
     }
 }

@@ -1,0 +1,94 @@
+//! Frames drawn with scales from the timeline beside frames drawn with plain scales that the plant keeps.
+//!
+//! `cargo bench --bench rendering`: one oak of 20,146 leaves at several active counts, on whatever adapter answers. Both
+//! kinds of frame alternate within each sample, so that the printed ratio compares like with like.
+
+use criterion::{Criterion, SamplingMode};
+use foliage_lod::{
+    extract::Swap,
+    grow::{GrowOptions, Species, grow},
+    model::FoliageModel,
+    render::{
+        camera::Camera,
+        device::{GpuDevice, GpuOptions},
+        foliage::{FoliageRenderer, Instance},
+        offscreen::{Offscreen, TARGET},
+    },
+    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+};
+use glam::{DAffine3, DVec3};
+use std::time::{Duration, Instant};
+
+const SIZE: [u32; 2] = [640, 360];
+const SHARES: [f32; 3] = [1.0, 0.5, 0.15];
+
+fn main() {
+    let mut criterion = Criterion::default().configure_from_args();
+    // As criterion decides it: `cargo bench` passes `--bench`, `cargo test --benches` does not.
+    let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
+    let as_test = has("--test") || !has("--bench");
+    let gpu = match GpuDevice::new(&GpuOptions::from_env()) {
+        Ok(gpu) => gpu,
+        Err(error) => return println!("skipped: {error}"),
+    };
+    println!("on {}", gpu.adapter_name());
+    let model = oak(as_test.then_some(300));
+    for share in SHARES {
+        bench(&mut criterion, &gpu, &model, share);
+    }
+    criterion.final_summary();
+}
+
+fn oak(leaves: Option<u32>) -> FoliageModel {
+    let species = Species::embedded("english-oak").expect("an embedded species");
+    let mut plant = grow(&species, &GrowOptions { leaves, ..GrowOptions::default() }).expect("embedded species grow");
+    // Leaves alone: the wood costs the same either way.
+    plant.wood = Default::default();
+    let options = SimplifyOptions { resolution: 128, ..SimplifyOptions::paper() };
+    simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).expect("the plant is sound").model
+}
+
+fn bench(criterion: &mut Criterion, gpu: &GpuDevice, model: &FoliageModel, share: f32) {
+    let target = Offscreen::new(gpu, SIZE).expect("a small target");
+    let mut foliage = FoliageRenderer::new(gpu.device(), TARGET);
+    let id = foliage.add_model(gpu.device(), gpu.queue(), model).expect("the model fits");
+    let mut swap = Swap::new(model);
+    let active = (share * model.leaves.len() as f32).round();
+    swap.set_active(active as u32);
+    let scales = foliage.add_scales(gpu.device(), gpu.queue(), &swap).expect("the scales fit");
+    let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
+    let camera = Camera::framing(&model.sphere(), DVec3::new(0.4, 0.2, 1.0), 0.8, 1.0).with_aspect(aspect);
+    let mut frame = |scales| {
+        let world_from_plant = DAffine3::IDENTITY;
+        let instance = Instance { model: id, world_from_plant, active, window: 1.0, scales };
+        let started = Instant::now();
+        foliage.prepare(gpu.device(), gpu.queue(), &camera, &[instance]).expect("one plant fits");
+        target.draw(&foliage).expect("the device answers");
+        started.elapsed()
+    };
+    let (mut timeline, mut plain) = (Vec::new(), Vec::new());
+    let mut group = criterion.benchmark_group("rendering");
+    group.sample_size(20).sampling_mode(SamplingMode::Flat).warm_up_time(Duration::from_millis(500));
+    group.bench_function(format!("timeline/{active}"), |bencher| {
+        bencher.iter_custom(|iterations| {
+            let first = timeline.len();
+            for _ in 0..iterations {
+                plain.push(frame(Some(scales)));
+                timeline.push(frame(None));
+            }
+            timeline[first..].iter().sum()
+        });
+    });
+    group.finish();
+    if let (Some(timeline), Some(plain)) = (median_ms(&mut timeline), median_ms(&mut plain)) {
+        let ratio = timeline / plain;
+        println!(
+            "{active} leaves: {timeline:.2} ms from the timeline, {plain:.2} ms from plain scales, ratio {ratio:.3}"
+        );
+    }
+}
+
+fn median_ms(times: &mut [Duration]) -> Option<f64> {
+    times.sort_unstable();
+    times.get(times.len() / 2).map(|time| time.as_secs_f64() * 1e3)
+}

@@ -1,0 +1,52 @@
+//! A model drawn on the GPU into a picture, with the caller's own device: what an engine does each frame, without a window.
+//!
+//! `cargo run --example render_to_png -- oak.vds oak.png`; without a model it makes a small birch.
+
+use foliage_lod::{
+    grow::{GrowOptions, Species, grow},
+    model::{FoliageModel, Transition},
+    render::{
+        camera::Camera,
+        device::{GpuDevice, GpuOptions},
+        foliage::{FoliageRenderer, Instance},
+        offscreen::{Offscreen, TARGET},
+    },
+    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+};
+use glam::{DAffine3, DVec3};
+
+fn main() -> foliage_lod::Result<()> {
+    let mut arguments = std::env::args().skip(1);
+    let model = arguments.next().map_or_else(small_birch, FoliageModel::read)?;
+    let path = arguments.next().unwrap_or_else(|| "render_to_png.png".into());
+
+    // Once: the device, the passes, the model.
+    let gpu = GpuDevice::new(&GpuOptions::from_env())?;
+    let (device, queue) = (gpu.device(), gpu.queue());
+    let mut foliage = FoliageRenderer::new(device, TARGET);
+    let birch = foliage.add_model(device, queue, &model)?;
+
+    // Each frame: three trees beside each other, with all, a third and a tenth of their leaves.
+    let sphere = model.sphere();
+    let instances = [(-2.0, 1.0), (0.0, 0.3), (2.0, 0.1)].map(|(sideways, share): (f64, f32)| Instance {
+        model: birch,
+        world_from_plant: DAffine3::from_translation(DVec3::X * sideways * sphere.radius),
+        active: share * model.leaves.len() as f32,
+        window: Transition::SMOOTH_WINDOW,
+        scales: None,
+    });
+    let camera = Camera::framing(&sphere, DVec3::new(0.0, 0.2, 1.0), 0.8, 1.4).with_aspect(2.0);
+    let prepared = foliage.prepare(device, queue, &camera, &instances)?;
+
+    // In an engine: `foliage.render(&mut pass)` in a pass of its own.
+    Offscreen::new(&gpu, [1024, 512])?.picture(&foliage)?.write_png(&path)?;
+    println!("{path}: {} leaves of {} trees in {} draws", prepared.leaves, prepared.instances, prepared.draws);
+    Ok(())
+}
+
+fn small_birch() -> foliage_lod::Result<FoliageModel> {
+    let options = GrowOptions { leaves: Some(3000), ..GrowOptions::default() };
+    let birch = grow(&Species::embedded("betula-populifolia")?, &options)?;
+    let options = SimplifyOptions { resolution: 128, ..SimplifyOptions::paper() };
+    Ok(simplify(&birch, &options, &mut CpuFragments::new(), &mut Quiet)?.model)
+}
