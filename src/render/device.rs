@@ -43,7 +43,11 @@ impl GpuDevice {
     }
 
     async fn open(options: &GpuOptions) -> Result<Self> {
-        let adapter = choose_adapter(options).await?;
+        Self::on(&choose_adapter(options).await?).await
+    }
+
+    /// Opens a given adapter.
+    pub(super) async fn on(adapter: &wgpu::Adapter) -> Result<Self> {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("foliage-lod"),
             required_limits: adapter.limits(),

@@ -30,5 +30,7 @@ pub mod offscreen;
 pub mod shader;
 #[cfg(feature = "render")]
 pub mod surface;
+#[cfg(feature = "viewer")]
+pub mod window;
 #[cfg(feature = "render")]
 pub mod wood_pass;

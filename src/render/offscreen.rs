@@ -141,7 +141,7 @@ fn row_bytes(width: u32) -> u32 {
     (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }
 
-fn texture(
+pub(super) fn texture(
     device: &wgpu::Device,
     [width, height]: [u32; 2],
     format: wgpu::TextureFormat,

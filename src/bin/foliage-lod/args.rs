@@ -32,6 +32,17 @@ pub enum Command {
     Render(Render),
     /// Measure frame and extraction times as tables, plots and pictures.
     Report(Report),
+    /// Look at a model in a window.
+    #[cfg(feature = "viewer")]
+    View(View),
+}
+
+/// `foliage-lod view`.
+#[cfg(feature = "viewer")]
+#[derive(Parser)]
+pub struct View {
+    /// The model: .vds.
+    pub model: PathBuf,
 }
 
 /// `foliage-lod report`.

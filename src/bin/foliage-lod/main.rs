@@ -16,6 +16,8 @@ mod raster;
 mod render;
 mod report;
 mod simplify;
+#[cfg(feature = "viewer")]
+mod view;
 
 use args::Command;
 use failure::Failure;
@@ -38,5 +40,7 @@ fn run() -> Result<(), Failure> {
         Some(Command::Grow(args)) => grow::run(&args),
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Report(args)) => report::run(&args),
+        #[cfg(feature = "viewer")]
+        Some(Command::View(args)) => view::run(&args),
     }
 }
