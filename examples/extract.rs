@@ -3,7 +3,10 @@
 //! `cargo run --example extract -- oak.vds`; without a file it makes a small birch.
 
 use foliage_lod::{
-    extract::{Hysteresis, LodPolicy, Sight, Swap, leaf_count, lod::Blend},
+    extract::{
+        Hysteresis, LodPolicy, Sight, Swap, leaf_count,
+        lod::{Blend, fewest_leaves},
+    },
     grow::{GrowOptions, Species, grow},
     model::FoliageModel,
     simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
@@ -17,6 +20,8 @@ fn main() -> foliage_lod::Result<()> {
     let leaves = model.leaves.len() as u32;
     let radius = model.sphere().radius as f32;
 
+    let least = fewest_leaves(leaves);
+
     // Once per tree on screen.
     let mut swap = Swap::new(&model);
     let mut hysteresis = Hysteresis::default();
@@ -24,8 +29,8 @@ fn main() -> foliage_lod::Result<()> {
     // A camera that draws back: one line per frame.
     for distance_in_radii in [2.0, 5.0, 5.01, 10.0, 20.0, 40.0, 80.0] {
         let sight = Sight { distance: distance_in_radii * radius, radius, fov_y: 1.0, height_px: 1080.0 };
-        let wanted = leaf_count(Blend::default().lod(&sight), leaves, 1);
-        let active = hysteresis.settle(wanted, leaves, 1);
+        let wanted = leaf_count(Blend::default().lod(&sight), leaves, least);
+        let active = hysteresis.settle(wanted, leaves, least);
         let ranges = swap.set_active(active);
         let uploaded: u32 = ranges.iter().map(|range| range.end - range.start).sum();
         println!("{distance_in_radii:>5} radii: {active:>6} of {leaves} leaves, {uploaded:>6} scales to upload");

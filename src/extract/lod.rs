@@ -70,6 +70,15 @@ pub fn leaf_count(lod: f32, leaves: u32, min_leaves: u32) -> u32 {
     wanted.max(min_leaves).min(leaves)
 }
 
+/// Share of the leaves below which a plant that is still drawn should not fall: of the last few leaves each is a large part
+/// of the outline, and the wood stands bare.
+const FLOOR_SHARE: f32 = 0.02;
+
+/// The fewest leaves that a plant of `leaves` leaves should be drawn with: one in fifty, at least one.
+pub fn fewest_leaves(leaves: u32) -> u32 {
+    leaf_count(FLOOR_SHARE, leaves, 1)
+}
+
 /// Equation 1 put right: a weighted blend of nearness and projected area.
 ///
 /// LOD = clamp(`nearness_weight` * nearness + `area_weight` * area, 0, 1), where nearness falls evenly from 1 at `near` to

@@ -16,7 +16,10 @@
 use super::plot::{Line, Plot};
 use crate::{
     Result,
-    extract::{LodPolicy, Sight, Swap, leaf_count, lod::Blend, lod::REFERENCE_FOV_Y},
+    extract::{
+        LodPolicy, Sight, Swap, leaf_count,
+        lod::{Blend, REFERENCE_FOV_Y, fewest_leaves},
+    },
     model::FoliageModel,
     render::{
         camera::Camera,
@@ -332,7 +335,7 @@ fn camera(eye: DVec3, target: DVec3, aspect: f64) -> Camera {
 
 fn count(leaves: u32, radii: f32) -> u32 {
     let sight = Sight { distance: radii, radius: 1.0, fov_y: REFERENCE_FOV_Y, height_px: HEIGHT_PX };
-    leaf_count(Blend::default().lod(&sight), leaves, 1)
+    leaf_count(Blend::default().lod(&sight), leaves, fewest_leaves(leaves))
 }
 
 /// A square of trees about the origin, corners last.

@@ -10,7 +10,10 @@ use super::viewer::{ALL_PLANES, Crossed, Frustum, Viewer};
 use crate::{
     Error, Result,
     bounds::Sphere,
-    extract::{Hysteresis, LodPolicy, Sight, lod::Blend},
+    extract::{
+        Hysteresis, LodPolicy, Sight,
+        lod::{Blend, fewest_leaves},
+    },
     model::FoliageModel,
 };
 use glam::{DAffine3, DVec3, Vec3, Vec3A};
@@ -36,11 +39,11 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// The plants of `model` under the default [`Blend`], with at least one leaf. O(vertices).
+    /// The plants of `model` under the default [`Blend`], with at least [`fewest_leaves`]. O(vertices).
     pub fn new(model: &FoliageModel) -> Self {
         Self {
             leaves: model.leaves.len() as u32,
-            min_leaves: 1,
+            min_leaves: fewest_leaves(model.leaves.len() as u32),
             sphere: model.sphere(),
             reach: model.enlarged_sphere(),
             policy: Box::new(Blend::default()),

@@ -2,7 +2,10 @@
 
 use foliage_lod::{
     Result,
-    extract::{LodPolicy, Sight, leaf_count, lod::Blend, lod::REFERENCE_FOV_Y},
+    extract::{
+        LodPolicy, Sight, leaf_count,
+        lod::{Blend, REFERENCE_FOV_Y, fewest_leaves},
+    },
     model::FoliageModel,
     render::{
         camera::Camera,
@@ -51,7 +54,8 @@ fn draw_as_seen(model: &FoliageModel, n: u32, distance: f32, side: u32) -> Resul
 
 /// The active count that the default policy gives from `distance` radii.
 pub fn count_at(model: &FoliageModel, distance: f32) -> u32 {
-    leaf_count(Blend::default().lod(&sight(model, distance)), model.leaves.len() as u32, 1)
+    let leaves = model.leaves.len() as u32;
+    leaf_count(Blend::default().lod(&sight(model, distance)), leaves, fewest_leaves(leaves))
 }
 
 fn sight(model: &FoliageModel, distance: f32) -> Sight {

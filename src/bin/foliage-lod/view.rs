@@ -4,7 +4,10 @@ use crate::{args, failure::Failure, output::grouped};
 use foliage_lod::{
     Result,
     bounds::Sphere,
-    extract::{LodPolicy, Sight, Swap, lod::Blend, lod::REFERENCE_FOV_Y},
+    extract::{
+        LodPolicy, Sight, Swap,
+        lod::{Blend, REFERENCE_FOV_Y, fewest_leaves},
+    },
     model::{FoliageModel, Transition},
     render::{
         camera::Camera,
@@ -153,6 +156,7 @@ impl Stage for Viewer {
         smooth(&mut self.frame_ms, self.last_frame.elapsed().as_secs_f64() * 1e3);
         self.last_frame = Instant::now();
         let active = self.share(size[1]) * self.leaves as f32;
+        let active = if self.detail == Detail::Manual { active } else { active.max(fewest_leaves(self.leaves) as f32) };
         let started = Instant::now();
         self.swap.set_active(active as u32);
         self.extraction_us = started.elapsed().as_secs_f64() * 1e6;
