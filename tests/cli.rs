@@ -154,6 +154,69 @@ fn json_of_every_subcommand_has_its_keys_and_agrees() {
     assert_eq!(names(&folder), ["t.glb", "t.png", "t.vds"]);
 }
 
+/// A folder that holds `a.vds`, a birch of 200 leaves.
+fn folder_with_model() -> TempDir {
+    let folder = folder_with_tree(200);
+    let arguments = ["simplify", "tree.glb", "-o", "a.vds", "--resolution", "32", "--raster", "cpu"];
+    assert!(run(&folder, &arguments).status.success());
+    fs::remove_file(folder.path().join("tree.glb")).unwrap();
+    folder
+}
+
+#[test]
+fn rows_rings_and_forests_draw_each_tree_at_its_own_level_of_detail() {
+    let folder = folder_with_model();
+    let small = ["render", "a.vds", "-o", "a.png", "--size", "48x32", "--raster", "cpu", "--json"];
+    let rendered = |more: &[&str]| json(&run(&folder, &[&small[..], more].concat()));
+    let at = |distance| rendered(&["--distance", distance])["leaves_drawn"].as_u64().unwrap();
+    let row = rendered(&["--row", "3,20,59"]);
+    assert_eq!((&row["instances"], &row["adapter"]), (&3.into(), &Value::Null));
+    assert_eq!(row["leaves_drawn"], at("3") + at("20") + at("59"));
+    assert!(at("59") < at("20") && at("20") < 200 && at("3") == 200);
+    let ring = rendered(&["--ring", "5", "--leaves-count", "30"]);
+    assert_eq!((&ring["instances"], &ring["leaves_drawn"]), (&5.into(), &150.into()));
+    let forest = rendered(&["--grid", "6"]);
+    assert_eq!(forest["instances"], 36);
+    let leaves = forest["leaves_drawn"].as_u64().unwrap();
+    assert!(leaves > 36 && leaves < 36 * 200, "{leaves}");
+}
+
+#[test]
+fn a_picture_that_cannot_be_laid_out_is_one_line_and_exit_code_2() {
+    let folder = folder_with_model();
+    let senseless: [&[&str]; 9] = [
+        &["--row", "0.5,3"],
+        &["--row", "3,nan"],
+        &["--row", "1.5,1.5,1.5"],
+        &["--row", "3,"],
+        &["--row", "3", "--ring", "4"],
+        &["--row", "3", "--distance", "4"],
+        &["--ring", "0"],
+        &["--grid", "101"],
+        &["--size", "0x9"],
+    ];
+    for arguments in senseless {
+        error_line(&run(&folder, &[&["render", "a.vds", "-o", "a.png", "--raster", "cpu"], arguments].concat()), 2);
+    }
+    assert_eq!(names(&folder), ["a.vds"]);
+}
+
+#[test]
+fn a_gpu_draws_a_forest_in_as_many_draws_as_one_tree() {
+    let folder = folder_with_model();
+    let arguments = ["render", "a.vds", "-o", "a.png", "--size", "48x32", "--raster", "gpu", "--json"];
+    let rendered = |more: &[&str]| run(&folder, &[&arguments[..], more].concat());
+    let single = rendered(&[]);
+    if !single.status.success() {
+        assert!(std::env::var_os("FOLIAGE_REQUIRE_ADAPTER").is_none(), "{single:?}");
+        return assert!(error_line(&single, 1).contains("GPU: "));
+    }
+    let (single, forest) = (json(&single), json(&rendered(&["--grid", "4"])));
+    assert_eq!((&single["instances"], &forest["instances"]), (&1.into(), &16.into()));
+    assert_eq!(single["draws"], forest["draws"]);
+    assert!(forest["adapter"].is_string());
+}
+
 #[test]
 fn the_number_of_threads_changes_no_byte() {
     let folder = folder_with_tree(300);

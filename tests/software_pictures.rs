@@ -9,10 +9,10 @@ use foliage_lod::{
     render::{
         camera::Camera,
         image::Image,
-        software::{Background, DrawOptions, draw_model, draw_plant},
+        software::{Background, DrawList, DrawOptions, Painter, Placed, draw_model, draw_plant},
     },
 };
-use glam::{DVec3, Quat, Vec3};
+use glam::{DAffine3, DVec3, Quat, Vec3};
 
 const SIZE: [u32; 2] = [96, 96];
 const BARE: DrawOptions = DrawOptions { background: Background::Transparent, wood: true };
@@ -130,6 +130,47 @@ fn a_model_drawn_whole_is_the_plant_and_fewer_leaves_are_drawn_at_their_swapped_
     let overlap = 6.0 * 24.0;
     assert_eq!(covered_px(&drawn(2)), 36.0 * 36.0 + 24.0 * 24.0 - overlap);
     assert_eq!(covered_px(&drawn(0)), 0.0);
+}
+
+fn draw_at(plant: &Plant, transforms: &[DAffine3], camera: &Camera) -> Image {
+    let list = DrawList::of_plant(plant);
+    let placed: Vec<_> = transforms.iter().map(|&world_from_plant| Placed { list: &list, world_from_plant }).collect();
+    Painter::new(&plant.materials, &plant.textures).unwrap().draw_placed(&placed, camera, SIZE, &BARE).unwrap()
+}
+
+#[test]
+fn placed_plants_are_drawn_where_they_stand_and_one_that_stands_nowhere_is_left_out() {
+    let plant = squares(&[(Vec3::ZERO, 0.25, 0)], &[material([1.0; 3])]);
+    let nowhere = [DAffine3::from_scale(DVec3::ZERO), DAffine3::from_translation(DVec3::splat(f64::NAN))];
+    let places = [-1.0, 0.0, 1.0].map(|x| DAffine3::from_translation(DVec3::X * x));
+    let image = draw_at(&plant, &[&places[..], &nowhere].concat(), &camera());
+    assert_eq!(covered_px(&image), 3.0 * 12.0 * 12.0);
+    assert!([24, 48, 72].iter().all(|&x| image.pixel(x, 48).unwrap()[3] == 255));
+    assert_eq!(covered_px(&draw_at(&plant, &[], &camera())), 0.0);
+}
+
+#[test]
+fn plants_far_from_the_origin_are_drawn_as_at_the_origin() {
+    let plant = squares(&[(Vec3::ZERO, 0.3, 0)], &[material([0.3, 0.6, 0.2])]);
+    let at = |offset: DVec3| {
+        let places = [DVec3::new(-0.7, 0.1, 0.0), DVec3::new(0.6, -0.2, 1.0)];
+        let camera = Camera { eye: camera().eye + offset, target: camera().target + offset, ..camera() };
+        draw_at(&plant, &places.map(|place| DAffine3::from_translation(place + offset)), &camera)
+    };
+    assert!(at(DVec3::ZERO) == at(DVec3::new(1e6, -2e6, 1e6)));
+}
+
+#[test]
+fn a_turned_plant_looks_like_one_whose_vertices_are_turned() {
+    let turn = Quat::from_euler(glam::EulerRot::YXZ, 0.8, -0.3, 0.4);
+    let materials = [material([0.3, 0.6, 0.2])];
+    let turned_at_once =
+        draw_at(&squares(&[(Vec3::ZERO, 1.0, 0)], &materials), &[DAffine3::from_quat(turn.as_dquat())], &camera());
+    let mut plant = squares(&[], &materials);
+    push_square(&mut plant, Vec3::ZERO, 1.0, turn, 0);
+    let (a, b) = (turned_at_once.pixel(48, 48).unwrap(), draw(&plant).pixel(48, 48).unwrap());
+    assert!((covered_px(&turned_at_once) - covered_px(&draw(&plant))).abs() < 1.0);
+    assert!(a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 4) && a[1] > 60, "{a:?} {b:?}");
 }
 
 #[test]

@@ -7,7 +7,7 @@
 //! Limits: no cast shadows, no specular reflection.
 
 use crate::bounds::Aabb;
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 /// Light of the sun, of the sky straight above and of the ground below, linear.
 const SUN: Vec3 = Vec3::new(1.75, 1.65, 1.4);
@@ -50,11 +50,14 @@ pub(super) fn constants(source: super::shader::ShaderSource) -> super::shader::S
         .constant_f32("HORIZON_HEIGHT", HORIZON_HEIGHT)
 }
 
-/// The light of one picture.
+/// The light on one plant of a picture. Everything is in the plant's space.
 pub(super) struct Light {
     pub(super) crown_center_from_eye: Vec3,
     /// One over half the crown's extent along each axis.
     pub(super) inverse_half_size: Vec3,
+    /// Unit vectors.
+    towards_sun: Vec3,
+    upwards: Vec3,
 }
 
 impl Light {
@@ -65,7 +68,16 @@ impl Light {
         Self {
             crown_center_from_eye: (crown.center() - eye).as_vec3(),
             inverse_half_size: if inverse.is_finite() && !crown.is_empty() { inverse } else { Vec3::ZERO },
+            towards_sun: TOWARDS_SUN.normalize(),
+            upwards: Vec3::Y,
         }
+    }
+
+    /// The same light for a plant that stands turned.
+    pub(super) fn turned(self, plant_from_world: &DAffine3) -> Self {
+        let turned =
+            |direction: Vec3| plant_from_world.transform_vector3(direction.as_dvec3()).normalize_or_zero().as_vec3();
+        Self { towards_sun: turned(self.towards_sun), upwards: turned(self.upwards), ..self }
     }
 
     /// Light that a surface of colour `albedo` at `from_eye` sends back to the eye, linear.
@@ -75,22 +87,21 @@ impl Light {
         // 0 in the crown's middle, 1 on the ellipsoid that its box encloses.
         let in_crown = (from_eye - self.crown_center_from_eye) * self.inverse_half_size;
         let open = INNERMOST + (1.0 - INNERMOST) * smoothstep(INNERMOST_RADIUS, 1.0, in_crown.length());
-        let towards_sun = TOWARDS_SUN.normalize();
         let lit = if is_leaf {
             let outwards = (in_crown * self.inverse_half_size).normalize_or_zero();
             let leaning = (normal + outwards * LEAN).normalize_or_zero();
-            let facing = ((leaning.dot(towards_sun) + WRAP) / (1.0 + WRAP)).max(0.0);
-            let through = (-normal.dot(towards_sun)).max(0.0) * THROUGH;
-            SUN * (Vec3::splat(facing) + THROUGH_TINT * through) + sky(leaning)
+            let facing = ((leaning.dot(self.towards_sun) + WRAP) / (1.0 + WRAP)).max(0.0);
+            let through = (-normal.dot(self.towards_sun)).max(0.0) * THROUGH;
+            SUN * (Vec3::splat(facing) + THROUGH_TINT * through) + self.sky(leaning)
         } else {
-            SUN * normal.dot(towards_sun).max(0.0) + sky(normal)
+            SUN * normal.dot(self.towards_sun).max(0.0) + self.sky(normal)
         };
         albedo * lit * open
     }
-}
 
-fn sky(normal: Vec3) -> Vec3 {
-    GROUND.lerp(SKY, normal.y * 0.5 + 0.5)
+    fn sky(&self, normal: Vec3) -> Vec3 {
+        GROUND.lerp(SKY, normal.dot(self.upwards) * 0.5 + 0.5)
+    }
 }
 
 fn smoothstep(from: f32, to: f32, x: f32) -> f32 {

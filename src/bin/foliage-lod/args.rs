@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use clap::{Parser, Subcommand, ValueEnum};
 use foliage_lod::{
     import::{Group, ImportOptions},
+    render::image::MAX_IMAGE_SIDE,
     simplify::{Compensate, SimplifyOptions, options::Criterion},
 };
 use std::path::PathBuf;
@@ -164,6 +165,15 @@ pub struct Render {
     /// picture.
     #[arg(long)]
     pub distance: Option<f32>,
+    /// Draw the tree at each of these distances, in radii, side by side.
+    #[arg(long, value_name = "D1,D2,...", value_delimiter = ',', conflicts_with_all = ["distance", "ring", "grid"])]
+    pub row: Option<Vec<f32>>,
+    /// Draw N trees in a circle.
+    #[arg(long, value_name = "N", conflicts_with_all = ["distance", "grid"])]
+    pub ring: Option<u32>,
+    /// Draw a forest of N x N trees.
+    #[arg(long, value_name = "N", conflicts_with = "distance")]
+    pub grid: Option<u32>,
     /// Level of detail from 0 to 1, instead of what the distance gives.
     #[arg(long, conflicts_with = "leaves_count")]
     pub lod: Option<f32>,
@@ -176,6 +186,9 @@ pub struct Render {
     /// The prefix at its level of detail, or every leaf.
     #[arg(long, value_enum, default_value_t = Method::Vds)]
     pub method: Method,
+    /// What draws; auto takes a GPU where one answers.
+    #[arg(long, value_enum, default_value_t = Raster::Auto)]
+    pub raster: Raster,
     /// Print one JSON object instead of a line per step.
     #[arg(long)]
     pub json: bool,
@@ -215,7 +228,7 @@ pub enum GroupName {
     Piece,
 }
 
-/// Where fragments are captured.
+/// Where fragments are captured and pictures are drawn.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Raster {
     /// On a GPU where an adapter answers, else on the CPU.
@@ -284,5 +297,10 @@ impl Import {
 /// `WxH` as two numbers.
 fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
-    sides.ok_or_else(|| "write width, x and height in pixels, such as 768x768".into())
+    let sides: [u32; 2] = sides.ok_or("write width, x and height in pixels, such as 768x768")?;
+    if sides.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side)) {
+        Ok(sides)
+    } else {
+        Err(format!("a side has 1 to {MAX_IMAGE_SIDE} pixels"))
+    }
 }

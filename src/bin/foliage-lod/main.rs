@@ -4,12 +4,14 @@
 //! makes no sense, 130 when interrupted.
 
 mod args;
+mod drawing;
 mod failure;
 mod grow;
 mod inspect;
 mod interrupt;
 mod output;
 mod pictures;
+mod planting;
 mod progress;
 mod quickstart;
 mod raster;

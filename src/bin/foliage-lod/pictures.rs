@@ -2,6 +2,7 @@
 
 use foliage_lod::{
     Result,
+    bounds::Sphere,
     extract::{
         LodPolicy, Sight, leaf_count,
         lod::{Blend, REFERENCE_FOV_Y, fewest_leaves},
@@ -16,7 +17,9 @@ use foliage_lod::{
 use glam::DVec3;
 
 /// Where the camera stands, seen from the plant: in front, a little to the right and above.
-const DIRECTION: DVec3 = DVec3::new(0.45, 0.25, 1.0);
+pub const DIRECTION: DVec3 = DVec3::new(0.45, 0.25, 1.0);
+/// Distance in radii from which a picture without a distance takes its level of detail: where the plant fills it.
+pub const FILLING_RADII: f32 = 2.0;
 /// Height of the screen on which the inset shows the plant at its true size.
 const SCREEN_HEIGHT_PX: u32 = 1080;
 /// Half the inset's side in radii of the plant on screen: some sky remains around it.
@@ -24,12 +27,16 @@ const INSET_RADII: f32 = 1.2;
 
 /// Draws the first `n` leaves from `distance` radii; by default from where the plant fills the picture.
 pub fn draw(model: &FoliageModel, n: u32, distance: Option<f32>, size: [u32; 2]) -> Result<Image> {
+    let camera = camera(&model.sphere(), distance).with_aspect(f64::from(size[0]) / f64::from(size[1]));
+    draw_model(model, n as usize, &camera, size, &DrawOptions::default())
+}
+
+/// The camera `distance` radii from a plant; by default where the plant fills the picture. Square.
+pub fn camera(sphere: &Sphere, distance: Option<f32>) -> Camera {
     let fov_y = f64::from(REFERENCE_FOV_Y);
     let radii_that_fit = 1.0 / (0.5 * fov_y).sin();
     let factor = distance.map_or(1.0, |radii| f64::from(radii) / radii_that_fit);
-    let camera = Camera::framing(&model.sphere(), DIRECTION, fov_y, factor);
-    let camera = camera.with_aspect(f64::from(size[0]) / f64::from(size[1]));
-    draw_model(model, n as usize, &camera, size, &DrawOptions::default())
+    Camera::framing(sphere, DIRECTION, fov_y, factor)
 }
 
 /// As [`draw`], filling the picture; and where it takes less than a quarter of the side, in the lower left corner the same

@@ -1,11 +1,11 @@
 //! From parts in the plant's space to triangles on the screen: scaling about the pivot, projection, near clipping.
 
-use super::{DrawList, Part};
+use super::{Part, Placed};
 use crate::{
     leaf::Vertex,
     render::{camera::Camera, mips::Mips},
 };
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DAffine3, DMat4, DVec3, Vec3};
 
 /// Screen positions are whole multiples of 1/256 pixel, so that neighbours share their edge exactly.
 pub(super) const STEPS_PER_PIXEL: i64 = 256;
@@ -31,6 +31,8 @@ pub(super) struct Corner {
 pub(super) struct ScreenTriangle {
     pub(super) corners: [u32; 3],
     pub(super) material: u32,
+    /// Which of the plants it belongs to.
+    pub(super) plant: u32,
     /// Texture level for one sample, and for one pixel.
     pub(super) level: [u8; 2],
     pub(super) is_leaf: bool,
@@ -38,32 +40,36 @@ pub(super) struct ScreenTriangle {
     pub(super) nearest: f32,
 }
 
-/// Everything of a draw list that may be seen, on the screen.
+/// Everything of all plants that may be seen, on the screen.
 #[derive(Default)]
 pub(super) struct Projected {
     pub(super) corners: Vec<Corner>,
     pub(super) triangles: Vec<ScreenTriangle>,
 }
 
-/// Projects every triangle of `list`; those behind the near plane or without area are left out.
+/// Projects every triangle of `plants`; those behind the near plane or without area are left out.
 pub(super) fn project(
-    list: &DrawList<'_>,
+    plants: &[Placed<'_>],
     mips: &[Option<Mips>],
     camera: &Camera,
     size: [u32; 2],
     wood: bool,
 ) -> Projected {
     let mut projector = Projector {
-        camera_from_world: camera.camera_from_world(),
+        plant: 0,
+        camera_from_plant: camera.camera_from_world(),
         clip_from_camera: camera.clip_from_camera(),
         eye: camera.eye,
         near: camera.near,
         size: size.map(f64::from),
         out: Projected::default(),
     };
-    for part in list.parts.iter().filter(|part| wood || part.is_leaf) {
-        let mips = mips.get(part.material as usize).and_then(Option::as_ref);
-        projector.part(part, mips);
+    for (number, plant) in (0..).zip(plants) {
+        projector.enter(number, &plant.world_from_plant, camera);
+        for part in plant.list.parts.iter().filter(|part| wood || part.is_leaf) {
+            let mips = mips.get(part.material as usize).and_then(Option::as_ref);
+            projector.part(part, mips);
+        }
     }
     projector.out
 }
@@ -77,8 +83,11 @@ struct Point {
 }
 
 struct Projector {
-    camera_from_world: DMat4,
+    /// The plant being projected, and how the camera stands to it.
+    plant: u32,
+    camera_from_plant: DMat4,
     clip_from_camera: DMat4,
+    /// Plant space.
     eye: DVec3,
     near: f64,
     size: [f64; 2],
@@ -86,6 +95,13 @@ struct Projector {
 }
 
 impl Projector {
+    /// What follows belongs to plant `number`.
+    fn enter(&mut self, number: u32, world_from_plant: &DAffine3, camera: &Camera) {
+        self.plant = number;
+        self.camera_from_plant = camera.camera_from_world() * *world_from_plant;
+        self.eye = world_from_plant.inverse().transform_point3(camera.eye);
+    }
+
     fn part(&mut self, part: &Part<'_>, mips: Option<&Mips>) {
         for triangle in part.indices.chunks_exact(3) {
             let point = |i: usize| part.vertices.get(triangle[i] as usize).map(|vertex| self.point(part, vertex));
@@ -98,10 +114,10 @@ impl Projector {
     fn point(&self, part: &Part<'_>, vertex: &Vertex) -> Point {
         let pivot = Vec3::from(part.pivot).as_dvec3();
         let offset = (Vec3::from(vertex.position).as_dvec3() - pivot) * part.scale as f64;
-        let in_world = pivot + offset;
+        let in_plant = pivot + offset;
         Point {
-            in_camera: self.camera_from_world.transform_point3(in_world),
-            from_eye: (in_world - self.eye).as_vec3(),
+            in_camera: self.camera_from_plant.transform_point3(in_plant),
+            from_eye: (in_plant - self.eye).as_vec3(),
             vertex: *vertex,
         }
     }
@@ -155,6 +171,7 @@ impl Projector {
         self.out.triangles.push(ScreenTriangle {
             corners: [first, first + 1, first + 2],
             material: part.material,
+            plant: self.plant,
             level,
             is_leaf: part.is_leaf,
             nearest,

@@ -29,7 +29,8 @@ pub(super) struct Scene<'a> {
     pub(super) materials: &'a [Material],
     pub(super) mips: &'a [Option<Mips>],
     pub(super) srgb: &'a SrgbTable,
-    pub(super) light: &'a Light,
+    /// One for each plant.
+    pub(super) lights: &'a [Light],
 }
 
 /// What the samples of one tile see.
@@ -201,7 +202,8 @@ impl Tile {
         let base = material.map_or(Vec3::ONE, |m| Vec3::new(m.base_color[0], m.base_color[1], m.base_color[2]));
         let two_sided = triangle.is_leaf || material.is_some_and(|material| material.double_sided);
         let normal = mix(&|i| corners[i].normal);
-        scene.light.reflected(base * texel * factor, normal, mix(&|i| corners[i].from_eye), triangle.is_leaf, two_sided)
+        let light = &scene.lights[triangle.plant as usize];
+        light.reflected(base * texel * factor, normal, mix(&|i| corners[i].from_eye), triangle.is_leaf, two_sided)
     }
 }
 
