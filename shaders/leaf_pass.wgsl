@@ -47,15 +47,34 @@ fn leaf_corner(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>)
     surface.position_local = pivot + (rest - pivot) * drawn_scale(vertex.leaf, leaf, instance);
     surface.clip = instance.clip_from_local * vec4(surface.position_local, 1.0);
     surface.uv = vec2(vertex.uv[0], vertex.uv[1]);
-    surface.color = vec3(vertex.color[0], vertex.color[1], vertex.color[2]);
+    surface.color = leaf_tint(vertex);
     surface.normal = vec3(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
     surface.material = leaf.material;
+    surface.leaf = vertex.leaf;
     return surface;
 }
 
 @fragment
-fn leaf_color(surface: Surface) -> @location(0) vec4<f32> {
-    return surface_color(surface, true);
+fn leaf_color(surface: Surface) -> Shaded {
+    return shaded(surface, true, surface.leaf);
+}
+
+fn leaf_tint(vertex: LeafVertex) -> vec3<f32> {
+    switch COLORING {
+        case COLORING_FLAT: {
+            // Any mixing of bits will do (Knuth's multiplicative hash).
+            let mixed = vertex.leaf * 2654435761u;
+            return vec3(f32(mixed >> 24u), f32(mixed >> 16u & 255u), f32(mixed >> 8u & 255u)) / 255.0;
+        }
+        case COLORING_ORDER: {
+            // From the leaf that stays longest to the one that goes first.
+            let order = f32(vertex.leaf) / f32(arrayLength(&leaves));
+            return mix(vec3(0.02, 0.1, 0.6), vec3(1.0, 0.5, 0.02), order);
+        }
+        default: {
+            return vec3(vertex.color[0], vertex.color[1], vertex.color[2]);
+        }
+    }
 }
 
 fn drawn_scale(leaf: u32, record: LeafRecord, instance: Instance) -> f32 {

@@ -45,8 +45,11 @@ struct Material {
 @group(0) @binding(3) var filtering: sampler;
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
 
-// Pixels have several samples, and alpha chooses how many of them are covered.
-override ALPHA_TO_COVERAGE: bool = false;
+// Samples of a pixel; alpha chooses how many of them are covered.
+override SAMPLES: u32 = 1u;
+
+// COLORING_PICTURE, or leaves get plain colours that tell something about them.
+override COLORING: u32 = 0u;
 
 struct Surface {
     @builtin(position) clip: vec4<f32>,
@@ -56,10 +59,15 @@ struct Surface {
     @location(3) position_local: vec3<f32>,
     @location(4) @interpolate(flat) material: u32,
     @location(5) @interpolate(flat) instance: u32,
+    @location(6) @interpolate(flat) leaf: u32,
 }
 
-// Linear colour, and as alpha the share of the pixel that is covered; a pixel that is not covered is discarded.
-fn surface_color(surface: Surface, is_leaf: bool) -> vec4<f32> {
+struct Shaded {
+    @location(0) color: vec4<f32>,
+    @builtin(sample_mask) samples: u32,
+}
+
+fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
     let material = materials[surface.material];
     let instance = instances[surface.instance];
     let texel = texel(material, surface.uv);
@@ -71,7 +79,7 @@ fn surface_color(surface: Surface, is_leaf: bool) -> vec4<f32> {
             select(0.0, 1.0, alpha >= material.cutoff),
             // Alpha rises through the cutoff within one pixel.
             clamp((alpha - material.cutoff) * sharpness + 0.5, 0.0, 1.0),
-            ALPHA_TO_COVERAGE,
+            SAMPLES > 1u,
         );
     }
     if share <= 0.0 {
@@ -87,8 +95,17 @@ fn surface_color(surface: Surface, is_leaf: bool) -> vec4<f32> {
         is_leaf,
         is_leaf || material.is_two_sided == 1u,
     );
-    let color = texel.rgb * material.base_color.rgb * surface.color * reflected(lit);
-    return vec4(encoded(color), share);
+    let lit_color = texel.rgb * material.base_color.rgb * surface.color * reflected(lit);
+    let color = select(surface.color, lit_color, COLORING == COLORING_PICTURE);
+    return Shaded(vec4(encoded(color), 1.0), covered_samples(share, pattern));
+}
+
+// Round(share * SAMPLES) samples. Which ones depends on the leaf: those behind each other add up.
+fn covered_samples(share: f32, pattern: u32) -> u32 {
+    let count = u32(share * f32(SAMPLES) + 0.5);
+    let first = pattern % SAMPLES;
+    let run = (1u << count) - 1u;
+    return run << first | run >> (SAMPLES - first);
 }
 
 fn texel(material: Material, uv: vec2<f32>) -> vec4<f32> {

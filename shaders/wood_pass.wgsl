@@ -10,10 +10,10 @@ fn wood_corner(
     @location(4) material: u32,
 ) -> Surface {
     let clip = instances[instance].clip_from_local * vec4(position_local, 1.0);
-    return Surface(clip, uv, color, normal, position_local, material, instance);
+    return Surface(clip, uv, color, normal, position_local, material, instance, 0u);
 }
 
 @fragment
-fn wood_color(surface: Surface) -> @location(0) vec4<f32> {
-    return surface_color(surface, false);
+fn wood_color(surface: Surface) -> Shaded {
+    return shaded(surface, false, 0u);
 }

@@ -27,7 +27,7 @@ impl Backdrop {
             entry_points: ["backdrop_corner", "backdrop"],
             layouts: &[],
             vertex_buffers: &[],
-            is_surface: false,
+            surface: None,
         };
         Self { pipeline: pipeline.pipeline(device, target) }
     }

@@ -34,7 +34,7 @@ pub struct GpuDevice {
 }
 
 impl GpuDevice {
-    /// Opens an adapter with all that it offers in limits and no optional feature.
+    /// Opens an adapter with all that it offers in limits, and lines for triangles where it draws them.
     ///
     /// # Errors
     /// [`Error::Gpu`] when there is no driver, no adapter (of that name), or it refuses.
@@ -51,6 +51,7 @@ impl GpuDevice {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("foliage-lod"),
             required_limits: adapter.limits(),
+            required_features: adapter.features() & wgpu::Features::POLYGON_MODE_LINE,
             ..Default::default()
         };
         let (device, queue) = adapter.request_device(&descriptor).await.map_err(|error| {

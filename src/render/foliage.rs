@@ -20,7 +20,7 @@ use super::{
     leaf_pass::{self, Run},
     light::TOWARDS_SUN,
     model_buffers::ModelBuffers,
-    surface::{InstanceRecord, NO_SCALES, RUN_INDICES, TargetFormat, layouts},
+    surface::{Coloring, InstanceRecord, NO_SCALES, RUN_INDICES, TargetFormat, layouts},
     wood_pass,
 };
 use crate::{
@@ -83,6 +83,7 @@ struct Batch {
 pub struct FoliageRenderer {
     leaves: wgpu::RenderPipeline,
     wood: wgpu::RenderPipeline,
+    target: TargetFormat,
     layouts: [wgpu::BindGroupLayout; 2],
     sampler: wgpu::Sampler,
     models: Vec<ModelBuffers>,
@@ -103,8 +104,9 @@ impl FoliageRenderer {
         let layouts = layouts(device);
         let storage = Usage::STORAGE | Usage::COPY_DST;
         Self {
-            leaves: leaf_pass::pipeline(device, &layouts, target),
+            leaves: leaf_pass::pipeline(device, &layouts, target, Coloring::Picture),
             wood: wood_pass::pipeline(device, &layouts, target),
+            target,
             layouts,
             sampler: sampler(device),
             models: Vec::new(),
@@ -117,6 +119,11 @@ impl FoliageRenderer {
             run_list: Vec::new(),
             batches: Vec::new(),
         }
+    }
+
+    /// Compiles the leaves' pass anew for another look.
+    pub fn set_coloring(&mut self, device: &wgpu::Device, coloring: Coloring) {
+        self.leaves = leaf_pass::pipeline(device, &self.layouts, self.target, coloring);
     }
 
     /// Uploads a model.

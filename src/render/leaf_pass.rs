@@ -4,7 +4,7 @@
 //! vertex shader fetches the corner by its number, and the leaf's drawn scale from the timeline (a short binary search) or
 //! from the plant's own scales.
 
-use super::surface::{self, PassDescription, RUN_INDICES, TargetFormat};
+use super::surface::{self, Coloring, PassDescription, RUN_INDICES, TargetFormat};
 
 /// One instance of the draw: which plant, and which of its runs.
 pub(super) type Run = [u32; 2];
@@ -18,6 +18,7 @@ pub(super) fn pipeline(
     device: &wgpu::Device,
     layouts: &[wgpu::BindGroupLayout],
     target: TargetFormat,
+    coloring: Coloring,
 ) -> wgpu::RenderPipeline {
     let runs = wgpu::VertexBufferLayout {
         array_stride: size_of::<Run>() as u64,
@@ -30,7 +31,7 @@ pub(super) fn pipeline(
         entry_points: ["leaf_corner", "leaf_color"],
         layouts,
         vertex_buffers: &[Some(runs)],
-        is_surface: true,
+        surface: Some(coloring),
     }
     .pipeline(device, target)
 }

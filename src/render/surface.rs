@@ -13,8 +13,39 @@ pub struct TargetFormat {
     pub color: wgpu::TextureFormat,
     /// Depth format. Depth is reversed: clear to 0, nearer is greater.
     pub depth: wgpu::TextureFormat,
-    /// Samples in a pixel. With more than one, alpha masks choose how many of them a leaf covers (alpha to coverage).
+    /// Samples in a pixel, at most 16. With more than one, alpha chooses how many of them a leaf covers (alpha to coverage).
     pub samples: u32,
+}
+
+/// What leaves look like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Coloring {
+    /// Themselves, lit.
+    #[default]
+    Picture,
+    /// Each in a colour of its own.
+    Flat,
+    /// From blue for the leaf that stays longest to orange for the one that goes first.
+    PruneOrder,
+    /// Edges of triangles, each leaf in a colour of its own. Needs `Features::POLYGON_MODE_LINE`; [`Flat`](Self::Flat)
+    /// without it.
+    Wire,
+}
+
+impl Coloring {
+    /// The number by which shaders know it.
+    const fn number(self) -> u32 {
+        match self {
+            Self::Picture => 0,
+            Self::Flat | Self::Wire => 1,
+            Self::PruneOrder => 2,
+        }
+    }
+
+    pub(super) fn polygon_mode(self, device: &wgpu::Device) -> wgpu::PolygonMode {
+        let has_lines = device.features().contains(wgpu::Features::POLYGON_MODE_LINE);
+        if self == Self::Wire && has_lines { wgpu::PolygonMode::Line } else { wgpu::PolygonMode::Fill }
+    }
 }
 
 /// One plant on screen, as the shaders read it.
@@ -57,6 +88,9 @@ pub(super) fn wgsl(body: &str) -> String {
         .constant_u32("WRAP_MIRROR", wrap_number(Wrap::Mirror))
         .constant_u32("WRAP_CLAMP", wrap_number(Wrap::Clamp))
         .constant_u32("NO_SCALES", NO_SCALES)
+        .constant_u32("COLORING_PICTURE", Coloring::Picture.number())
+        .constant_u32("COLORING_FLAT", Coloring::Flat.number())
+        .constant_u32("COLORING_ORDER", Coloring::PruneOrder.number())
         .constant_u32("RUN_INDICES", RUN_INDICES)
         .with_part(include_str!("../../shaders/light.wgsl"))
         .with_part(include_str!("../../shaders/surface.wgsl"))
@@ -107,8 +141,8 @@ pub(super) struct PassDescription<'a> {
     pub(super) entry_points: [&'a str; 2],
     pub(super) layouts: &'a [wgpu::BindGroupLayout],
     pub(super) vertex_buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
-    /// Depth is tested and written, and alpha covers samples.
-    pub(super) is_surface: bool,
+    /// Depth is tested and written, alpha covers samples, and leaves look like this; `None` for what lies behind.
+    pub(super) surface: Option<Coloring>,
 }
 
 impl PassDescription<'_> {
@@ -123,38 +157,36 @@ impl PassDescription<'_> {
             bind_group_layouts: &layouts,
             immediate_size: 0,
         });
-        let covers = self.is_surface && target.samples > 1;
         let encodes = ("ENCODE_SRGB", f64::from(u8::from(!target.color.is_srgb())));
-        let constants = [encodes, ("ALPHA_TO_COVERAGE", f64::from(u8::from(covers)))];
+        let is_surface = self.surface.is_some();
+        let coloring = self.surface.unwrap_or_default();
+        let samples = ("SAMPLES", f64::from(target.samples));
+        let constants = [encodes, samples, ("COLORING", f64::from(coloring.number()))];
         let compilation_options = wgpu::PipelineCompilationOptions {
-            constants: if self.is_surface { &constants } else { &constants[..1] },
+            constants: if is_surface { &constants } else { &constants[..1] },
             ..Default::default()
         };
         // Coverage goes to samples, not to the target's alpha.
-        let write_mask = if self.is_surface { wgpu::ColorWrites::COLOR } else { wgpu::ColorWrites::ALL };
-        let compare = if self.is_surface { wgpu::CompareFunction::Greater } else { wgpu::CompareFunction::Always };
+        let write_mask = if is_surface { wgpu::ColorWrites::COLOR } else { wgpu::ColorWrites::ALL };
+        let compare = if is_surface { wgpu::CompareFunction::Greater } else { wgpu::CompareFunction::Always };
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(self.name),
             layout: Some(&layout),
             vertex: wgpu::VertexState {
                 module: &module,
                 entry_point: Some(self.entry_points[0]),
-                compilation_options: Default::default(),
+                compilation_options: compilation_options.clone(),
                 buffers: self.vertex_buffers,
             },
-            primitive: wgpu::PrimitiveState::default(),
+            primitive: wgpu::PrimitiveState { polygon_mode: coloring.polygon_mode(device), ..Default::default() },
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: target.depth,
-                depth_write_enabled: Some(self.is_surface),
+                depth_write_enabled: Some(is_surface),
                 depth_compare: Some(compare),
                 stencil: Default::default(),
                 bias: Default::default(),
             }),
-            multisample: wgpu::MultisampleState {
-                count: target.samples,
-                alpha_to_coverage_enabled: covers,
-                ..Default::default()
-            },
+            multisample: wgpu::MultisampleState { count: target.samples, ..Default::default() },
             fragment: Some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some(self.entry_points[1]),

@@ -2,7 +2,7 @@
 
 use super::{
     model_buffers::WoodVertex,
-    surface::{self, PassDescription, TargetFormat},
+    surface::{self, Coloring, PassDescription, TargetFormat},
 };
 
 /// The pass's shader with its constants.
@@ -26,7 +26,7 @@ pub(super) fn pipeline(
         entry_points: ["wood_corner", "wood_color"],
         layouts,
         vertex_buffers: &[Some(vertices)],
-        is_surface: true,
+        surface: Some(Coloring::Picture),
     }
     .pipeline(device, target)
 }

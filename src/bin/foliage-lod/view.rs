@@ -13,6 +13,7 @@ use foliage_lod::{
         camera::Camera,
         device::GpuDevice,
         foliage::{FoliageRenderer, Instance, ModelId, Prepared},
+        surface::Coloring,
         window::{self, Stage, egui},
     },
 };
@@ -27,6 +28,13 @@ const STEEPEST: f32 = 1.5;
 const SCROLL_FACTOR: f32 = 0.88;
 /// Nearest and farthest distance, in radii.
 const DISTANCES: std::ops::RangeInclusive<f32> = 1.1..=120.0;
+/// The looks of leaves, as the panel names them.
+const COLORINGS: [(Coloring, &str); 4] = [
+    (Coloring::Picture, "leaves as they are"),
+    (Coloring::Flat, "each leaf in its colour"),
+    (Coloring::PruneOrder, "by order: blue stays, orange goes"),
+    (Coloring::Wire, "edges"),
+];
 /// How much of a shown time is its last measurement: the rest is what was shown before.
 const SMOOTHING: f64 = 0.1;
 
@@ -66,6 +74,8 @@ struct Viewer {
     /// Share of the leaves, by hand.
     lod: f32,
     is_smooth: bool,
+    /// Chosen, and compiled for.
+    coloring: [Coloring; 2],
     prepared: Prepared,
     prepare_us: f64,
     extraction_us: f64,
@@ -87,6 +97,7 @@ impl Viewer {
             detail: Detail::Automatic,
             lod: 1.0,
             is_smooth: true,
+            coloring: [Coloring::Picture; 2],
             prepared: Prepared::default(),
             prepare_us: 0.0,
             extraction_us: 0.0,
@@ -131,6 +142,10 @@ impl Stage for Viewer {
         ui.add_enabled(self.detail == Detail::Manual, egui::Slider::new(&mut self.lod, 0.0..=1.0).text("LOD"));
         ui.checkbox(&mut self.is_smooth, "leaves come and go smoothly");
         ui.separator();
+        for (coloring, name) in COLORINGS {
+            ui.radio_value(&mut self.coloring[0], coloring, name);
+        }
+        ui.separator();
         let Prepared { leaves, draws, .. } = self.prepared;
         let percent = 100.0 * leaves as f64 / f64::from(self.leaves.max(1));
         ui.label(format!("{} leaves drawn ({percent:.1} %)", grouped(leaves)));
@@ -153,6 +168,10 @@ impl Stage for Viewer {
     }
 
     fn prepare(&mut self, gpu: &GpuDevice, size: [u32; 2]) -> Result<()> {
+        if self.coloring[0] != self.coloring[1] {
+            self.coloring[1] = self.coloring[0];
+            self.foliage.set_coloring(gpu.device(), self.coloring[0]);
+        }
         smooth(&mut self.frame_ms, self.last_frame.elapsed().as_secs_f64() * 1e3);
         self.last_frame = Instant::now();
         let active = self.share(size[1]) * self.leaves as f32;
