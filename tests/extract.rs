@@ -128,6 +128,32 @@ fn timeline_equals_swap_for_every_count_of_2000_leaves() {
     }
 }
 
+#[cfg(feature = "simplify")]
+#[test]
+fn timeline_equals_swap_at_1000_random_counts_of_the_oak() {
+    use foliage_lod::{
+        grow::{GrowOptions, Species, grow},
+        simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    };
+    let plant = grow(&Species::embedded("english-oak").unwrap(), &GrowOptions::default()).unwrap();
+    let options = SimplifyOptions { resolution: 64, ..SimplifyOptions::paper() };
+    let oak = simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
+    let leaves = oak.leaves.len() as u32;
+    assert_eq!(leaves, 20_146);
+    let timeline = Timeline::new(&oak);
+    let mut swap = Swap::new(&oak);
+    let mut random = Random(17);
+    for _ in 0..1000 {
+        let n = random.below(leaves + 1);
+        swap.set_active(n);
+        let differs =
+            (0..leaves).find(|&leaf| timeline.scale(leaf, n).to_bits() != swap.scales()[leaf as usize].to_bits());
+        assert_eq!(differs, None, "at {n}");
+    }
+    swap.set_active(leaves / 10);
+    assert!(swap.scales().iter().any(|&scale| scale > 1.5), "an oak with enlarged leaves");
+}
+
 #[test]
 fn a_chain_of_100_000_enlargements_is_walked_and_looked_up_exactly() {
     let leaves = 100_000_u32;

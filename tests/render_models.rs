@@ -7,6 +7,7 @@ mod common;
 
 use common::gpu::gpu;
 use foliage_lod::{
+    extract::Swap,
     grow::{GrowOptions, Species, grow},
     model::FoliageModel,
     render::{
@@ -16,6 +17,7 @@ use foliage_lod::{
         image::Image,
         offscreen::{Offscreen, TARGET},
         software::{DrawList, DrawOptions, Painter},
+        surface::Coloring,
     },
     simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
 };
@@ -98,5 +100,153 @@ fn the_gpu_draws_what_the_cpu_draws() {
             // Four samples against sixteen, filtered levels against nearest ones.
             assert!(mean < 3.0 && percentile < 40, "{species} at {n}: {mean} {percentile}");
         }
+    }
+}
+
+#[test]
+fn scales_that_the_plant_keeps_and_those_of_the_timeline_give_the_same_bytes() {
+    let model = model("betula-populifolia", 300);
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    let camera = camera(&model);
+    let mut swap = Swap::new(&model);
+    let (device, queue) = (stage.gpu.device().clone(), stage.gpu.queue().clone());
+    // Another plant's scales lie before: offsets count.
+    stage.foliage.add_scales(&device, &queue, &swap).unwrap();
+    let scales = stage.foliage.add_scales(&device, &queue, &swap).unwrap();
+    for n in [300, 1, 299, 30, 150, 0] {
+        let changed = swap.set_active(n).to_vec();
+        stage.foliage.upload_scales(&queue, scales, &swap, &changed);
+        let looked_up = stage.at_origin(n as f32);
+        let kept = Instance { scales: Some(scales), ..looked_up };
+        let [looked_up, kept] = [looked_up, kept].map(|instance| stage.picture(&camera, &[instance]));
+        assert!(looked_up == kept, "at {n}");
+    }
+}
+
+#[test]
+fn between_two_counts_pictures_pass_from_one_to_the_other() {
+    let model = model("english-oak", 40);
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    let camera = camera(&model);
+    let mut at = |active| {
+        let instance = stage.at_origin(active);
+        stage.picture(&camera, &[instance])
+    };
+    let steps: Vec<Image> = (0..=8).map(|i| at(12.0 + i as f32 / 8.0)).collect();
+    assert!(steps[0] == at(12.0) && steps[8] == at(13.0) && steps[0] != steps[8]);
+    let whole = difference(&steps[0], &steps[8]).0;
+    for pair in steps.windows(2) {
+        assert!(difference(&pair[0], &pair[1]).0 < 0.5 * whole, "a jump within one leaf");
+    }
+}
+
+#[test]
+fn any_number_of_plants_takes_two_draws_a_model() {
+    let [oak, birch] = [model("english-oak", 60), model("betula-populifolia", 80)];
+    let Some(mut stage) = Stage::new(&[&oak, &birch]) else { return };
+    let camera = camera(&oak);
+    for count in [2, 10, 500] {
+        let plants: Vec<Instance> = (0..count)
+            .map(|i| Instance {
+                model: stage.models[i % 2],
+                world_from_plant: DAffine3::from_translation(DVec3::X * i as f64),
+                active: (i % 60 + 1) as f32,
+                window: 1.0,
+                scales: None,
+            })
+            .collect();
+        let prepared = stage.prepare(&camera, &plants);
+        assert_eq!((prepared.instances, prepared.draws, prepared.skipped), (count as u32, 4, 0));
+        assert_eq!(prepared.leaves, (0..count as u64).map(|i| i % 60 + 1).sum::<u64>());
+    }
+    // What is drawn first has no influence on what is seen.
+    let mut plants = [stage.at_origin(60.0), Instance { model: stage.models[1], ..stage.at_origin(80.0) }];
+    let drawn = stage.picture(&camera, &plants);
+    plants.reverse();
+    assert!(difference(&drawn, &stage.picture(&camera, &plants)).0 < 0.05);
+}
+
+#[test]
+fn plants_that_cannot_be_placed_are_skipped_and_counted() {
+    let model = model("betula-populifolia", 60);
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    let camera = camera(&model);
+    let whole = stage.at_origin(60.0);
+    let expected = stage.picture(&camera, &[whole]);
+    let broken = [
+        DAffine3::from_translation(DVec3::new(f64::NAN, 0.0, 0.0)),
+        DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)),
+        DAffine3::from_scale(DVec3::splat(1e300)),
+    ]
+    .map(|world_from_plant| Instance { world_from_plant, ..whole });
+    let instances = [broken[0], whole, broken[1], broken[2]];
+    let prepared = stage.prepare(&camera, &instances);
+    assert_eq!((prepared.instances, prepared.skipped), (1, 3));
+    assert!(stage.picture(&camera, &instances) == expected);
+    for (active, leaves) in [(f32::NAN, 0), (-5.0, 0), (f32::INFINITY, 60), (1e30, 60), (59.5, 60)] {
+        assert_eq!(stage.prepare(&camera, &[Instance { active, ..whole }]).leaves, leaves, "{active}");
+    }
+}
+
+#[test]
+fn a_plant_far_from_the_origin_looks_as_it_does_there() {
+    let model = model("betula-populifolia", 200);
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    let here = camera(&model);
+    let instance = stage.at_origin(200.0);
+    let expected = stage.picture(&here, &[instance]);
+    let away = DVec3::new(3e6, -1e6, 7e6);
+    let there = Camera { eye: here.eye + away, target: here.target + away, ..here };
+    let moved = Instance { world_from_plant: DAffine3::from_translation(away), ..instance };
+    let (mean, percentile) = difference(&expected, &stage.picture(&there, &[moved]));
+    assert!(mean < 0.05 && percentile <= 1, "{mean} {percentile}");
+}
+
+#[test]
+fn colourings_tell_leaves_apart_and_show_their_order() {
+    let model = model("english-oak", 200);
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    let camera = camera(&model);
+    let whole = stage.at_origin(200.0);
+    let device = stage.gpu.device().clone();
+    let mut colors = |coloring, active| {
+        stage.foliage.set_coloring(&device, coloring);
+        let picture = stage.picture(&camera, &[Instance { active, ..whole }]);
+        picture.rgba.chunks_exact(4).filter(|rgba| u32::from(rgba[0]) > u32::from(rgba[2]) + 100).count()
+    };
+    let orange = [20.0, 200.0].map(|active| colors(Coloring::PruneOrder, active));
+    assert!(orange[1] > 4 * orange[0].max(20), "few of the first leaves are orange: {orange:?}");
+    let sheets = colors(Coloring::Flat, 200.0);
+    let edges = colors(Coloring::Wire, 200.0);
+    assert!(edges <= sheets, "{edges} pixels of edges, {sheets} of sheets");
+}
+
+#[test]
+fn a_target_without_pixels_or_beyond_the_adapter_is_refused() {
+    let Some(gpu) = gpu() else { return };
+    for size in [[0, 5], [5, 0], [1 << 20, 5]] {
+        let error = Offscreen::new(&gpu, size).err().unwrap().to_string();
+        assert!(error.starts_with(&format!("--size is {}x{}; it must be 1 to ", size[0], size[1])), "{error}");
+    }
+}
+
+/// Small pictures that are kept: a change of how plants look must be meant. `FOLIAGE_BLESS=1` writes them anew.
+#[test]
+fn pictures_stay_as_they_were() {
+    let model = model("english-oak", 400);
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    let camera = camera(&model);
+    for active in [400.0, 120.5, 40.0] {
+        let instance = Instance { window: 16.0, ..stage.at_origin(active) };
+        let picture = stage.picture(&camera, &[instance]);
+        let path = format!("{}/data/golden/oak-{active}.png", env!("CARGO_MANIFEST_DIR"));
+        if std::env::var_os("FOLIAGE_BLESS").is_some() {
+            picture.write_png(&path).unwrap();
+        }
+        let golden = image::open(&path).unwrap().into_rgba8();
+        let golden = Image { width: golden.width(), height: golden.height(), rgba: golden.into_raw() };
+        let (mean, percentile) = difference(&picture, &golden);
+        // Adapters filter textures and place samples a little differently.
+        assert!(mean < 1.0 && percentile < 12, "oak at {active}: mean {mean}, 95th percentile {percentile}");
     }
 }
