@@ -3,7 +3,8 @@
 //! ```text
 //! offline    file ----import---> Plant ---simplify---> FoliageModel ---> .vds
 //!            species --grow----->
-//! run time   .vds ---> FoliageModel ---extract---> active count n, drawn scales ---> draw leaves 0..n
+//! run time   .vds ---> FoliageModel ---extract---> active count n, drawn scales ---render---> leaves 0..n
+//!                      many plants -----scene----> those in view, each with its n
 //! ```
 //!
 //! A **plant** is foliage cut into leaves, and wood. A **leaf** is the unit that is pruned: one connected piece of foliage.
