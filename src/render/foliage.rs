@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Every instance has its own active count, with a fraction, and no state: the drawn scales come from the model's timeline
-//! in the vertex shader. A plant that keeps its drawn scales itself ([`Swap`](crate::extract::Swap)) can hand them over
+//! in the vertex shader. A plant that keeps its drawn scales itself ([`Swap`]) can hand them over
 //! instead ([`FoliageRenderer::add_scales`]).
 //!
 //! The device must offer vertex shaders that read storage buffers (`DownlevelFlags::VERTEX_STORAGE`).

@@ -9,7 +9,7 @@
 //!
 //! The paper gives frames a second; here it is milliseconds a frame, in which costs add up. Distances count in radii. The
 //! paper does not say from where to where its camera moves, nor the policy's bounds: here they are those of
-//! [`Blend`](crate::extract::lod::Blend).
+//! [`Blend`].
 //!
 //! Limits: times are those of whatever adapter answers, and on a software one those of the CPU.
 

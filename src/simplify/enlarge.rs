@@ -13,7 +13,7 @@
 //! area instead blows up plants whose leaves hide each other (outline +76 % with 15 % of `CommonTree_1`'s leaves; +6 %
 //! with the share), and is slower, since leaves grow larger than needed.
 //!
-//! Whatever the rule, no leaf grows farther out of the box around the plant's leaves than [`MARGIN`] of its diagonal.
+//! Whatever the rule, no leaf grows farther out of the box around the plant's leaves than a tenth of its diagonal.
 //!
 //! Limits: a target that is hidden itself shows only part of what it gains, so dense crowns thin out a little (silhouettes
 //! of the embedded trees -3 to -7 % with 15 % of the leaves). Growth adds up along chains of targets, up to `max_scale` and
