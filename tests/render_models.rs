@@ -230,6 +230,17 @@ fn a_target_without_pixels_or_beyond_the_adapter_is_refused() {
     }
 }
 
+#[test]
+fn a_lost_device_is_an_error_and_not_a_panic() {
+    let model = model("betula-populifolia", 60);
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    let instance = stage.at_origin(60.0);
+    stage.prepare(&camera(&model), &[instance]);
+    stage.gpu.device().destroy();
+    let error = stage.target.picture(&stage.foliage).unwrap_err().to_string();
+    assert!(error.starts_with("GPU: ") && !error.contains('\n'), "{error}");
+}
+
 /// Small pictures that are kept: a change of how plants look must be meant. `FOLIAGE_BLESS=1` writes them anew.
 #[test]
 fn pictures_stay_as_they_were() {

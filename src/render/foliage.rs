@@ -174,7 +174,7 @@ impl FoliageRenderer {
     /// Takes in what the next [`render`](Self::render) draws. Allocates nothing once the lists have grown.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] for more plants than the device's buffers hold; the frame before stays prepared.
+    /// [`Error::TooLarge`] for more plants than the device's buffers hold; then nothing is drawn.
     pub fn prepare(
         &mut self,
         device: &wgpu::Device,
