@@ -30,6 +30,8 @@ pub mod offscreen;
 pub mod shader;
 #[cfg(feature = "render")]
 pub mod surface;
+#[cfg(feature = "render")]
+mod texture_layers;
 #[cfg(feature = "viewer")]
 pub mod window;
 #[cfg(feature = "render")]
