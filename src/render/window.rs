@@ -18,7 +18,10 @@ use egui_winit::winit::{
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
     window::{Window, WindowId},
 };
-use std::sync::Arc;
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 pub use egui;
 
@@ -26,6 +29,9 @@ pub use egui;
 const SIZE: [u32; 2] = [1280, 800];
 /// Lines of a mouse wheel's step, for a touch pad that scrolls by pixels.
 const PIXELS_PER_LINE: f64 = 40.0;
+
+/// Longest wait for one frame.
+const LONGEST_FRAME: Duration = Duration::from_secs(60);
 
 /// What a window shows.
 pub trait Stage {
@@ -46,6 +52,9 @@ pub trait Stage {
 
     /// What was prepared.
     fn foliage(&self) -> &FoliageRenderer;
+
+    /// The frame is done: how long it took, from its preparation until the device had drawn it.
+    fn drawn(&mut self, _: Duration) {}
 }
 
 /// Makes the stage once the device is known.
@@ -215,6 +224,7 @@ impl<S: Stage> Shown<S> {
             _ => return self.gpu.check(),
         };
         let size = [self.config.width, self.config.height];
+        let started = Instant::now();
         let filled = self.panel.fill(&self.gpu, &self.window, &mut self.stage);
         self.stage.prepare(&self.gpu, size)?;
         let view = texture.texture.create_view(&Default::default());
@@ -225,7 +235,11 @@ impl<S: Stage> Shown<S> {
             self.stage.foliage().render(&mut pass);
         }
         self.panel.draw(&self.gpu, &mut encoder, &view, size, &filled);
-        self.gpu.queue().submit([encoder.finish()]);
+        let submission = self.gpu.queue().submit([encoder.finish()]);
+        // One frame after the other, so that each can be timed; what goes wrong shows in the check below.
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(LONGEST_FRAME) };
+        let _ = self.gpu.device().poll(wait);
+        self.stage.drawn(started.elapsed());
         self.window.pre_present_notify();
         self.gpu.queue().present(texture);
         if filled.wants_redraw {

@@ -18,7 +18,7 @@ use foliage_lod::{
     },
 };
 use glam::{DAffine3, DVec3};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Radians of orbit for a pixel of drag.
 const ORBIT_PER_PX: f32 = 0.006;
@@ -80,7 +80,6 @@ struct Viewer {
     prepare_us: f64,
     extraction_us: f64,
     frame_ms: f64,
-    last_frame: Instant,
 }
 
 impl Viewer {
@@ -102,7 +101,6 @@ impl Viewer {
             prepare_us: 0.0,
             extraction_us: 0.0,
             frame_ms: 0.0,
-            last_frame: Instant::now(),
         })
     }
 
@@ -172,8 +170,6 @@ impl Stage for Viewer {
             self.coloring[1] = self.coloring[0];
             self.foliage.set_coloring(gpu.device(), self.coloring[0]);
         }
-        smooth(&mut self.frame_ms, self.last_frame.elapsed().as_secs_f64() * 1e3);
-        self.last_frame = Instant::now();
         let active = self.share(size[1]) * self.leaves as f32;
         let active = if self.detail == Detail::Manual { active } else { active.max(fewest_leaves(self.leaves) as f32) };
         let started = Instant::now();
@@ -190,6 +186,10 @@ impl Stage for Viewer {
 
     fn foliage(&self) -> &FoliageRenderer {
         &self.foliage
+    }
+
+    fn drawn(&mut self, frame: Duration) {
+        smooth(&mut self.frame_ms, frame.as_secs_f64() * 1e3);
     }
 }
 
