@@ -1,7 +1,7 @@
 //! Which remaining leaf is enlarged for a pruned one, and to what scale.
 //!
-//! `nearest`, after C. Gasch et al., "Multiresolution Foliage Rendering", section 4.1: "the closest leaf is searched for and
-//! scaled". The paper prints no law. Here, as its consequences demand: distance is between centroids; scale is a linear
+//! `nearest`, after C. Gasch et al., "Multiresolution Foliage Rendering", section 4.1: the closest leaf is scaled "based on
+//! the error introduced when it is eliminated and on the size of the removed leaf". The paper prints no law. Here: distance is between centroids; scale is a linear
 //! factor about the target's pivot; and the target's surface area grows by the pruned leaf's *current* (already enlarged)
 //! area times its **seen share**, the pixels of all views that show it over those that it covers:
 //!

@@ -19,7 +19,7 @@ pub enum Criterion {
 /// What becomes of the area that a pruned leaf leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Compensate {
-    /// The nearest remaining leaf takes it (Gasch et al.).
+    /// The nearest remaining leaf takes the share of it that was seen (after Gasch et al.).
     #[default]
     Nearest,
     /// It is lost.
@@ -71,7 +71,8 @@ pub struct SimplifyOptions {
 }
 
 impl SimplifyOptions {
-    /// The method as published: VMI, and the nearest leaf takes the lost area; 20 views of 256 x 256.
+    /// The method as published: VMI, and the nearest leaf takes the lost area as far as it was seen (the paper prints no
+    /// law); 20 views of 256 x 256.
     pub fn paper() -> Self {
         Self {
             preset: "paper".into(),

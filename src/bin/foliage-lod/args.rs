@@ -213,7 +213,7 @@ pub enum CriterionName {
 /// Names of the rules that enlarge.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum CompensateName {
-    /// The nearest remaining leaf takes it.
+    /// The nearest remaining leaf takes the share of it that was seen.
     Nearest,
     /// It is lost.
     None,
