@@ -117,7 +117,7 @@ pub struct Transition {
 impl Transition {
     /// A window that suits plants of thousands of leaves: the largest change between two frames of a dolly was 0.7 of
     /// what it is with a window of 1.
-    pub const SMOOTH_WINDOW: f32 = 64.0;
+    pub const SMOOTH_WINDOW: f32 = 128.0;
 
     /// The active count `active` of `leaves`, clamped to 0 and `leaves` (NaN counts as 0), with `window` leaves on their way:
     /// at least 1, and fewer close to both ends, where no room is left.

@@ -1,9 +1,10 @@
 //! Which remaining leaf is enlarged for a pruned one, and to what scale.
 //!
 //! `nearest`, after C. Gasch et al., "Multiresolution Foliage Rendering", section 4.1: the closest leaf is scaled "based on
-//! the error introduced when it is eliminated and on the size of the removed leaf". The paper prints no law. Here: distance is between centroids; scale is a linear
-//! factor about the target's pivot; and the target's surface area grows by the pruned leaf's *current* (already enlarged)
-//! area times its **seen share**, the pixels of all views that show it over those that it covers:
+//! the error introduced when it is eliminated and on the size of the removed leaf". The paper prints no law. Here: distance
+//! is between centroids; scale is a linear factor about the target's pivot; and the target's surface area grows by the
+//! pruned leaf's *current* (already enlarged) area times its **seen share**, the pixels of all views that show it over those
+//! that it covers:
 //!
 //! ```text
 //! area(target) + area(leaf) * visible(leaf) / covered(leaf)
