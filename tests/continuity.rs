@@ -26,7 +26,7 @@ use foliage_lod::{
 use glam::{DAffine3, DVec3};
 
 const FRAMES: usize = 2000;
-const SIDE: u32 = 128;
+const SIDE: u32 = 192;
 
 fn birch() -> FoliageModel {
     let species = Species::embedded("betula-populifolia").unwrap();

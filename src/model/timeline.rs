@@ -115,8 +115,8 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// A window that suits plants of thousands of leaves: the largest change between two frames of a dolly was 0.7 of
-    /// what it is with a window of 1.
+    /// A window that suits plants of thousands of leaves: the largest change between two frames of a dolly was 0.9 of
+    /// what it is with a window of 1 (6,000 leaves at 128 x 128, four samples a pixel).
     pub const SMOOTH_WINDOW: f32 = 128.0;
 
     /// The active count `active` of `leaves`, clamped to 0 and `leaves` (NaN counts as 0), with `window` leaves on their way:
