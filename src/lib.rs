@@ -36,11 +36,15 @@
 #![deny(missing_docs)]
 
 pub mod bounds;
+#[cfg(any(feature = "simplify", feature = "render"))]
+mod crown;
 mod error;
 pub mod file;
 pub mod leaf;
 pub mod material;
 pub mod plant;
+#[cfg(feature = "simplify")]
+mod random;
 
 #[cfg(feature = "simplify")]
 pub mod grow;
@@ -51,6 +55,7 @@ pub mod model;
 pub mod extract;
 #[cfg(feature = "simplify")]
 pub mod simplify;
+pub mod stochastic;
 
 #[cfg(feature = "scene")]
 pub mod scene;

@@ -6,10 +6,10 @@
 
 use super::{
     paint::linear,
-    random::Random,
     species::{LeafStyle, Species},
     stem::{Node, Stem},
 };
+use crate::random::Random;
 use crate::{Plant, leaf::Vertex};
 use glam::Vec3;
 

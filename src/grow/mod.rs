@@ -12,7 +12,6 @@ mod frame;
 pub mod glb;
 mod leaves;
 mod paint;
-mod random;
 mod ranges;
 mod species;
 mod stem;

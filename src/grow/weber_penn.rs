@@ -14,10 +14,10 @@
 
 use super::{
     frame::{Frame, sin_cos},
-    random::Random,
     species::{Crown, Level, Shape, Species},
     stem::{Node, Stem},
 };
+use crate::random::Random;
 use crate::{Error, Result};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};

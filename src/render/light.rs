@@ -6,7 +6,10 @@
 //!
 //! Limits: no cast shadows, no specular reflection.
 
-use crate::bounds::Aabb;
+use crate::{
+    bounds::Aabb,
+    crown::{openness, smoothstep},
+};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Light of the sun, of the sky straight above and of the ground below, linear.
@@ -20,12 +23,8 @@ const WRAP: f32 = 0.25;
 /// Share of the sun's light that shines through a leaf, and its tint.
 const THROUGH: f32 = 0.45;
 const THROUGH_TINT: Vec3 = Vec3::new(1.0, 1.05, 0.55);
-/// Share of the light left in the middle of a crown.
-const INNERMOST: f32 = 0.35;
 /// How much a leaf's normal leans outwards from the crown: softens the noise of thousands of cards.
 const LEAN: f32 = 0.45;
-/// Where, between the crown's middle (0) and its outside (1), light begins to rise.
-const INNERMOST_RADIUS: f32 = 0.15;
 /// The backdrop's colours, linear, and at which part of its height the horizon lies.
 const HORIZON: Vec3 = Vec3::new(0.80, 0.86, 0.90);
 const ZENITH: Vec3 = Vec3::new(0.36, 0.55, 0.80);
@@ -35,6 +34,7 @@ const HORIZON_HEIGHT: f32 = 0.22;
 /// The constants for `light.wgsl`, which does the same on the GPU.
 #[cfg(feature = "render")]
 pub(super) fn constants(source: super::shader::ShaderSource) -> super::shader::ShaderSource {
+    use crate::crown::{INNERMOST, INNERMOST_RADIUS};
     source
         .constant_vec3("SUN", SUN)
         .constant_vec3("SKY", SKY)
@@ -86,7 +86,7 @@ impl Light {
         let normal = (normal * flip).normalize_or_zero();
         // 0 in the crown's middle, 1 on the ellipsoid that its box encloses.
         let in_crown = (from_eye - self.crown_center_from_eye) * self.inverse_half_size;
-        let open = INNERMOST + (1.0 - INNERMOST) * smoothstep(INNERMOST_RADIUS, 1.0, in_crown.length());
+        let open = openness(in_crown.length());
         let lit = if is_leaf {
             let outwards = (in_crown * self.inverse_half_size).normalize_or_zero();
             let leaning = (normal + outwards * LEAN).normalize_or_zero();
@@ -102,11 +102,6 @@ impl Light {
     fn sky(&self, normal: Vec3) -> Vec3 {
         GROUND.lerp(SKY, normal.dot(self.upwards) * 0.5 + 0.5)
     }
-}
-
-fn smoothstep(from: f32, to: f32, x: f32) -> f32 {
-    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// The backdrop, linear, at a height of 0 (bottom of the picture) to 1 (top).

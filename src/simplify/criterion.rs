@@ -1,10 +1,13 @@
 //! What decides which leaf goes next: the seam that every criterion stands behind.
 
 use super::{
+    appearance::{Appearance, COVERAGE},
     areas::Areas,
-    layers::Change,
+    layers::{Change, Layers},
+    price::{Gain, Price, STEPS},
     tournament::{Key, OUT, Tournament},
 };
+use std::sync::Arc;
 
 /// The next leaf to prune.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +67,82 @@ impl Criterion for VisibleArea {
         for polygon in changes.iter().copied().flatten().flat_map(|change| [change.from, change.to]).flatten() {
             if (polygon as usize) < areas.leaves && polygon != pruned {
                 self.tournament.set(polygon, area_key(areas, polygon));
+            }
+        }
+    }
+}
+
+/// A leaf's error is how much more the views differ from those of the full plant without it (ours), and what the pixels
+/// that it leaves open are worth: below 0 where both are better without, which is recorded as 0. Recorded errors count in
+/// pixels of which as much is wrong as where a polygon stands for the background.
+pub struct ImageLoss {
+    appearance: Arc<Appearance>,
+    price: Price,
+    /// The price that the tournament's keys hold.
+    steps: i64,
+    /// What pruning each leaf would gain: less than nothing, as a rule.
+    gains: Vec<Gain>,
+    tournament: Tournament,
+}
+
+impl ImageLoss {
+    /// Scores all leaves of freshly captured views, which keep their references.
+    pub fn new(appearance: Arc<Appearance>, areas: &Areas, layers: &[Layers]) -> Self {
+        let mut gains = vec![Gain::default(); areas.leaves];
+        for (view, layers) in layers.iter().enumerate() {
+            let look = appearance.view(view);
+            for pair in layers.fronts().filter(|pair| (pair[0] as usize) < areas.leaves) {
+                let gain = &mut gains[pair[0] as usize];
+                *gain = gain.plus(look.gain(pair[0], pair[1], pair[0]));
+            }
+        }
+        let price = Price::new(areas);
+        let tournament = Tournament::new(vec![OUT; areas.leaves]);
+        let mut criterion = Self { appearance, price, steps: price.steps(areas), gains, tournament };
+        (0..areas.leaves as u32).for_each(|leaf| criterion.tournament.set(leaf, criterion.key(areas, leaf)));
+        criterion
+    }
+
+    fn key(&self, areas: &Areas, leaf: u32) -> Key {
+        let score = self.gains[leaf as usize].score(self.steps * self.appearance.coverage());
+        (-score, tie_break(areas, leaf))
+    }
+}
+
+impl Criterion for ImageLoss {
+    fn choose(&mut self, _: &Areas) -> Option<Choice> {
+        let leaf = self.tournament.winner();
+        let key = self.tournament.key(leaf);
+        let unit = (COVERAGE * STEPS) as f64;
+        (key != OUT).then_some(Choice { leaf, error: key.0.max(0) as f64 / unit })
+    }
+
+    fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32) {
+        self.tournament.set(pruned, OUT);
+        for (view, changes) in changes.iter().enumerate() {
+            let look = self.appearance.view(view);
+            for change in *changes {
+                areas.collect(view, change);
+                for (pair, count) in [(change.from, -i64::from(change.count)), (change.to, change.count.into())] {
+                    if let Some(sum) = self.gains.get_mut(pair[0] as usize) {
+                        *sum = sum.plus(look.gain(pair[0], pair[1], change.reference).times(count));
+                    }
+                }
+            }
+        }
+        areas.commit();
+        let steps = self.price.steps(areas);
+        if self.steps != steps {
+            self.steps = steps;
+            let live = (0..areas.leaves as u32).filter(|&leaf| self.tournament.key(leaf) != OUT);
+            for leaf in live.collect::<Vec<_>>() {
+                self.tournament.set(leaf, self.key(areas, leaf));
+            }
+            return;
+        }
+        for polygon in changes.iter().copied().flatten().flat_map(|change| [change.from, change.to]).flatten() {
+            if (polygon as usize) < areas.leaves && polygon != pruned {
+                self.tournament.set(polygon, self.key(areas, polygon));
             }
         }
     }

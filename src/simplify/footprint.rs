@@ -1,7 +1,9 @@
 //! The pixels that one leaf covers in one view at one scale, with their depths.
 
 use super::{
-    fragments::AlphaMask,
+    enlarge::Growth,
+    layers::Layers,
+    prune::Scene,
     raster::cover,
     shapes::Shapes,
     views::{ScreenPoint, ViewSet},
@@ -24,14 +26,18 @@ impl Footprint {
     }
 
     /// Rasterises leaf `leaf` at `scale` in view `view`, replacing what was there.
-    pub fn rasterise(
+    pub fn rasterise(&mut self, scene: Scene<'_>, view: usize, leaf: u32, scale: f32) {
+        self.rasterise_where(scene, view, leaf, scale, |_, _| true);
+    }
+
+    /// As [`rasterise`](Self::rasterise), keeping only those (pixel, depth) that are `wanted`.
+    pub fn rasterise_where(
         &mut self,
-        shapes: &Shapes,
-        views: &ViewSet,
-        masks: &[AlphaMask],
+        Scene { shapes, views, masks, .. }: Scene<'_>,
         view: usize,
         leaf: u32,
         scale: f32,
+        wanted: impl Fn(u32, u32) -> bool,
     ) {
         self.fragments.clear();
         let camera = &views.views[view];
@@ -47,12 +53,25 @@ impl Footprint {
                     (alpha, shapes.depth_plane(views, camera, shape, triangle, scale))
                 });
                 let alpha = alpha.row(masks, y);
-                for x in (first..=last).filter(|&x| alpha.is_none_or(|alpha| alpha.covers(x))) {
-                    self.add((y * i64::from(views.resolution) + x) as u32, depth.depth(x, y));
+                for x in first..=last {
+                    let (pixel, depth) = ((y * i64::from(views.resolution) + x) as u32, depth.depth(x, y));
+                    if wanted(pixel, depth) && alpha.is_none_or(|alpha| alpha.covers(x)) {
+                        self.add(pixel, depth);
+                    }
                 }
             });
         }
         self.projected = projected;
+    }
+
+    /// Whether a leaf that changes from one scale to another comes before all that is in front in a view, at least perhaps.
+    pub fn may_show(&mut self, scene: Scene<'_>, view: usize, growth: Growth, layers: &Layers) -> bool {
+        let shape = &scene.shapes.shapes[growth.target as usize];
+        [growth.from, growth.to].into_iter().any(|scale| {
+            let camera = &scene.views.views[view];
+            let extent = scene.shapes.extent(scene.views, camera, shape, scale, &mut self.projected);
+            extent.is_none_or(|extent| !layers.hides(&extent))
+        })
     }
 
     /// Lists the pixels within the leaf's triangles instead, whatever its alpha: some it does not cover, some twice, and

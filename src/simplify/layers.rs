@@ -4,7 +4,13 @@
 //! vanishes from front and second place at once and from the stacks when they are next looked at. What happened is told
 //! as [`Change`]s of (front, second) pairs, from which areas and criteria follow.
 
-use super::{footprint::Footprint, fragments::Coverage};
+use super::{
+    appearance::ViewLook,
+    footprint::Footprint,
+    fragments::Coverage,
+    occlusion::{Extent, Farthest},
+    price::Gain,
+};
 
 /// A fragment packed so that nearer is less: depth in the upper half, leaf in the lower, which also breaks ties.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -31,6 +37,8 @@ pub struct Change {
     pub from: [u32; 2],
     /// (front, second) after.
     pub to: [u32; 2],
+    /// What is in front there at full detail; the background where that is not kept.
+    pub reference: u32,
     /// Number of pixels.
     pub count: u32,
 }
@@ -61,6 +69,10 @@ pub struct Layers {
     abandoned: usize,
     /// Number of leaves: the background's row; the wood's is the next.
     leaves: u32,
+    /// What is in front at each pixel at full detail; empty where that is not kept.
+    reference: Vec<u32>,
+    /// Kept with the reference.
+    farthest: Option<Farthest>,
     /// What the last calls changed, since it was last cleared.
     pub changes: Vec<Change>,
 }
@@ -122,7 +134,61 @@ impl Layers {
             pixel.second = pixel.pop(&stacks, &[], bottom);
             pixel
         });
-        Self { pixels: pixels.collect(), stacks, abandoned: 0, leaves, changes: Vec::new() }
+        Self {
+            pixels: pixels.collect(),
+            stacks,
+            abandoned: 0,
+            leaves,
+            reference: Vec::new(),
+            farthest: None,
+            changes: Vec::new(),
+        }
+    }
+
+    /// Keeps what is in front of every pixel now as what should be.
+    pub fn keep_reference(&mut self) {
+        self.reference = self.pixels.iter().map(|pixel| pixel.front.leaf()).collect();
+        self.farthest = Some(Farthest::new(self.pixels.len()));
+    }
+
+    /// How much less the view would differ from its reference with a leaf's footprint changed from `old` to `new`, of
+    /// which fragments are needed that are in front now, or would be.
+    pub fn gain(&self, leaf: u32, old: &Footprint, new: &Footprint, look: ViewLook<'_>) -> Gain {
+        let mut gain = Gain::default();
+        for &(index, _) in &new.fragments {
+            let front = self.pixels[index as usize].front.leaf();
+            gain = gain.plus(look.gain(front, leaf, self.reference[index as usize]));
+        }
+        for &(index, _) in &old.fragments {
+            if new.depth_at(index).is_none() {
+                let second = self.pixels[index as usize].second.leaf();
+                gain = gain.plus(look.gain(leaf, second, self.reference[index as usize]));
+            }
+        }
+        gain
+    }
+
+    /// Whether a leaf's fragment would be in front.
+    pub fn would_show(&self, index: u32, depth: u32, leaf: u32) -> bool {
+        let Pixel { front, second, .. } = self.pixels[index as usize];
+        Fragment::new(depth, leaf) < if front.leaf() == leaf { second } else { front }
+    }
+
+    /// Whether a leaf is in front.
+    pub fn shows(&self, index: u32, leaf: u32) -> bool {
+        self.pixels[index as usize].front.leaf() == leaf
+    }
+
+    /// Prepares [`hides`](Self::hides) after changes.
+    pub fn refresh(&mut self) {
+        if let Some(farthest) = &mut self.farthest {
+            farthest.refresh(|pixel| self.pixels[pixel].front.depth());
+        }
+    }
+
+    /// Nothing within `extent` can come to the front. False where the reference is not kept.
+    pub fn hides(&self, extent: &Extent) -> bool {
+        self.farthest.as_ref().is_some_and(|farthest| farthest.hides(extent))
     }
 
     /// (front, second) of every pixel.
@@ -169,10 +235,16 @@ impl Layers {
     /// Notes what became of a pixel, joining it to the change before where that was the same.
     fn record(&mut self, index: u32, from: [u32; 2]) {
         let to = self.pixels[index as usize].pair();
+        let reference = self.reference.get(index as usize).copied().unwrap_or(self.leaves);
+        if from[0] != to[0]
+            && let Some(farthest) = &mut self.farthest
+        {
+            farthest.touch(index);
+        }
         match self.changes.last_mut() {
             _ if from == to => {}
-            Some(last) if last.from == from && last.to == to => last.count += 1,
-            _ => self.changes.push(Change { from, to, count: 1 }),
+            Some(last) if last.from == from && last.to == to && last.reference == reference => last.count += 1,
+            _ => self.changes.push(Change { from, to, reference, count: 1 }),
         }
     }
 

@@ -5,6 +5,7 @@
 //!       -> prune: choose (criterion) -> enlarge (nearest) -> update layers, areas, criterion -> ... -> FoliageModel
 //! ```
 
+pub mod appearance;
 pub mod areas;
 pub mod capture;
 pub mod criterion;
@@ -16,8 +17,10 @@ pub mod information;
 pub mod layers;
 pub mod masks;
 pub mod neighbours;
+pub mod occlusion;
 pub mod options;
 pub mod pairs;
+pub mod price;
 pub mod prune;
 pub mod raster;
 mod recipe;

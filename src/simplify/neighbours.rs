@@ -1,4 +1,4 @@
-//! The nearest remaining leaf, exactly: a bounding volume hierarchy over leaf centroids from which leaves are removed.
+//! The nearest remaining leaves, exactly: a bounding volume hierarchy over leaf centroids from which leaves are removed.
 //!
 //! Built and maintained by obvhs (`Bvh2`), which has no nearest query of its own: its public nodes are walked here, nearer
 //! child first. Leaves with the very same centroid share one primitive, since many coincident points would make the
@@ -21,6 +21,8 @@ pub struct Neighbours {
     /// The point of each leaf.
     point_of_leaf: Vec<u32>,
     stack: Vec<(f64, u32)>,
+    /// The nearest leaves so far, with their squared distances.
+    best: Vec<(f64, u32)>,
 }
 
 impl Neighbours {
@@ -46,7 +48,7 @@ impl Neighbours {
         let mut bvh = build_bvh2(&boxes, obvhs::BvhBuildParams::fast_build(), &mut Duration::default());
         bvh.init_parents_if_uninit();
         bvh.init_primitives_to_nodes_if_uninit();
-        Self { bvh, points, leaves, point_of_leaf, stack: Vec::new() }
+        Self { bvh, points, leaves, point_of_leaf, stack: Vec::new(), best: Vec::new() }
     }
 
     /// Takes a leaf out. Taking it out twice changes nothing.
@@ -60,27 +62,28 @@ impl Neighbours {
         }
     }
 
-    /// The remaining leaf whose centroid is nearest to that of `leaf`, which was removed before; of several the one with
-    /// the least index. `None` when no leaf remains.
-    pub fn nearest(&mut self, leaf: u32) -> Option<u32> {
+    /// The up to `count` remaining leaves whose centroids are nearest to that of `leaf`, which was removed before, nearest
+    /// first; of equally near ones those of least index. Replaces what was in `nearest`.
+    pub fn nearest(&mut self, leaf: u32, count: usize, nearest: &mut Vec<u32>) {
         let from = self.points[self.point_of_leaf[leaf as usize] as usize].as_dvec3();
-        let mut best = (f64::INFINITY, u32::MAX);
+        self.best.clear();
         self.stack.clear();
-        if !self.bvh.nodes.is_empty() {
+        if !self.bvh.nodes.is_empty() && count > 0 {
             self.stack.push((0.0, 0));
         }
         while let Some((distance, node)) = self.stack.pop() {
             // An equally distant box may hold a leaf of lesser index.
-            if distance > best.0 {
+            if self.best.len() == count && distance > self.best[count - 1].0 {
                 continue;
             }
             let node = &self.bvh.nodes[node as usize];
             if node.is_leaf() {
                 for slot in node.first_index..node.first_index + node.prim_count {
-                    let point = self.bvh.primitive_indices[slot as usize];
-                    let distance = (self.points[point as usize].as_dvec3() - from).length_squared();
-                    let least = self.leaves[point as usize].last().copied();
-                    best = least.map_or(best, |leaf| if (distance, leaf) < best { (distance, leaf) } else { best });
+                    let point = self.bvh.primitive_indices[slot as usize] as usize;
+                    let distance = (self.points[point].as_dvec3() - from).length_squared();
+                    for &leaf in self.leaves[point].iter().rev().take(count) {
+                        keep_least(&mut self.best, count, (distance, leaf));
+                    }
                 }
                 continue;
             }
@@ -91,7 +94,17 @@ impl Neighbours {
             let (near, far) = if left.0 <= right.0 { (left, right) } else { (right, left) };
             self.stack.extend([far, near]);
         }
-        (best.1 != u32::MAX).then_some(best.1)
+        nearest.clear();
+        nearest.extend(self.best.iter().map(|&(_, leaf)| leaf));
+    }
+}
+
+/// Adds an entry to the `count` least ones, which are kept in order.
+fn keep_least(least: &mut Vec<(f64, u32)>, count: usize, entry: (f64, u32)) {
+    let place = least.partition_point(|other| *other < entry);
+    if place < count {
+        least.truncate(count - 1);
+        least.insert(place, entry);
     }
 }
 
@@ -106,30 +119,35 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn nearest_by_scan(centroids: &[Vec3], live: &[bool], leaf: usize) -> Option<u32> {
+    fn nearest_by_scan(centroids: &[Vec3], live: &[bool], leaf: usize, count: usize) -> Vec<u32> {
         let from = centroids[leaf].as_dvec3();
-        let distance = |i: usize| (centroids[i].as_dvec3() - from).length_squared();
-        let live = (0..centroids.len()).filter(|&i| live[i]);
-        live.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).map(|i| i as u32)
+        let distance = |i: u32| (centroids[i as usize].as_dvec3() - from).length_squared();
+        let mut all: Vec<u32> = (0..centroids.len() as u32).filter(|&i| live[i as usize]).collect();
+        all.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+        all.truncate(count);
+        all
     }
 
     proptest! {
         #[test]
-        fn nearest_equals_a_scan_while_all_leaves_are_removed(
+        fn the_nearest_equal_those_of_a_scan_while_all_leaves_are_removed(
             // Few distinct coordinates: many ties and coincident points.
             cells in prop::collection::vec((0..4_i8, 0..4_i8, -1..2_i8), 1..60),
             order in prop::collection::vec(any::<u32>(), 60),
+            count in 0..9_usize,
         ) {
             let centroids: Vec<Vec3> =
                 cells.iter().map(|&(x, y, z)| Vec3::new(x.into(), y.into(), z.into()) * 0.3).collect();
             let mut neighbours = Neighbours::new(&centroids);
             let mut live = vec![true; centroids.len()];
+            let mut nearest = Vec::new();
             for random in order.into_iter().take(centroids.len()) {
                 let candidates: Vec<usize> = (0..live.len()).filter(|&i| live[i]).collect();
                 let leaf = candidates[random as usize % candidates.len()];
                 live[leaf] = false;
                 neighbours.remove(leaf as u32);
-                prop_assert_eq!(neighbours.nearest(leaf as u32), nearest_by_scan(&centroids, &live, leaf));
+                neighbours.nearest(leaf as u32, count, &mut nearest);
+                prop_assert_eq!(&nearest, &nearest_by_scan(&centroids, &live, leaf, count));
             }
         }
     }
@@ -137,11 +155,14 @@ mod tests {
     #[test]
     fn a_hundred_thousand_coincident_leaves_are_removed_in_index_order() {
         let mut neighbours = Neighbours::new(&vec![Vec3::ONE; 100_000]);
+        let mut nearest = Vec::new();
         for leaf in 0..99_999 {
             neighbours.remove(leaf);
-            assert_eq!(neighbours.nearest(leaf), Some(leaf + 1));
+            neighbours.nearest(leaf, 1, &mut nearest);
+            assert_eq!(nearest, [leaf + 1]);
         }
         neighbours.remove(99_999);
-        assert_eq!(neighbours.nearest(0), None);
+        neighbours.nearest(0, 1, &mut nearest);
+        assert!(nearest.is_empty());
     }
 }

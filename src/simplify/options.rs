@@ -14,6 +14,8 @@ pub enum Criterion {
     Vmi,
     /// Least visible area.
     Area,
+    /// Least change of the pictures: colour and coverage, compared with those of the full plant.
+    Image,
 }
 
 /// What becomes of the area that a pruned leaf leaves.
@@ -22,6 +24,12 @@ pub enum Compensate {
     /// The nearest remaining leaf takes the share of it that was seen (after Gasch et al.).
     #[default]
     Nearest,
+    /// Of the nearest remaining leaves the one grows that wins back most pixels of the full plant's silhouettes, less those
+    /// that it adds outside them; none where none would.
+    Silhouette,
+    /// Of the nearest remaining leaves and several growths, what brings the pictures closest to the full plant's; nothing
+    /// where nothing would.
+    Image,
     /// It is lost.
     None,
 }
@@ -32,6 +40,7 @@ impl Criterion {
         match self {
             Self::Vmi => "vmi",
             Self::Area => "area",
+            Self::Image => "image",
         }
     }
 }
@@ -41,6 +50,8 @@ impl Compensate {
     pub fn name(self) -> &'static str {
         match self {
             Self::Nearest => "nearest",
+            Self::Silhouette => "silhouette",
+            Self::Image => "image",
             Self::None => "none",
         }
     }
@@ -86,6 +97,21 @@ impl SimplifyOptions {
         }
     }
 
+    /// Quick: enlarges by silhouettes of 128 x 128. For drafts.
+    pub fn fast() -> Self {
+        Self { preset: "fast".into(), compensate: Compensate::Silhouette, resolution: 128, ..Self::paper() }
+    }
+
+    /// VMI, enlarging by pictures of 256 x 256.
+    pub fn balanced() -> Self {
+        Self { preset: "balanced".into(), compensate: Compensate::Image, ..Self::paper() }
+    }
+
+    /// Everything judged by pictures, of 512 x 512.
+    pub fn best() -> Self {
+        Self { preset: "best".into(), criterion: Criterion::Image, resolution: 512, ..Self::balanced() }
+    }
+
     /// Checks every field's range.
     ///
     /// # Errors
@@ -107,6 +133,6 @@ impl SimplifyOptions {
 
 impl Default for SimplifyOptions {
     fn default() -> Self {
-        Self::paper()
+        Self::balanced()
     }
 }

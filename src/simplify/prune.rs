@@ -7,17 +7,20 @@
 //! logarithm of the number of leaves; a pixel under thousands of leaves makes its own updates linear in that.
 
 use super::{
+    appearance::Appearance,
     areas::Areas,
     criterion::Criterion,
-    enlarge::{Enlarger, Growth},
+    enlarge::{Enlarger, Growth, Plan},
     footprint::Footprint,
     fragments::AlphaMask,
     layers::{Change, Layers},
+    price::{Gain, Price},
     shapes::Shapes,
     views::ViewSet,
 };
 use crate::{Error, Result, model::Prune};
 use std::{
+    sync::Arc,
     sync::mpsc::{Receiver, Sender, TryRecvError, channel},
     time::{Duration, Instant},
 };
@@ -39,15 +42,27 @@ pub struct Scene<'a> {
     pub views: &'a ViewSet,
     /// Alpha masks.
     pub masks: &'a [AlphaMask],
+    /// By what growths are judged. Plans that have to be judged need it.
+    pub appearance: Option<&'a Appearance>,
 }
 
-/// Prunes one leaf: what every group of views is told.
+/// A leaf that goes.
 #[derive(Clone, Copy)]
-struct Step {
+struct Gone {
     leaf: u32,
-    /// Scale at which the leaf was drawn.
+    /// Scale at which it was drawn.
     scale: f32,
-    growth: Growth,
+}
+
+/// What every group of views is told to do.
+#[derive(Clone)]
+enum Task {
+    /// Remove a leaf and grow another.
+    Step(Gone, Growth),
+    /// Remove a leaf, if one is given, and judge what could grow for it.
+    Judge(Option<Gone>, Arc<[Growth]>),
+    /// Grow a leaf, after its judging.
+    Grow(Growth),
 }
 
 /// Neighbouring views with the memory to update them.
@@ -61,28 +76,72 @@ struct Group {
     touched: usize,
     /// Pixels that the last step's target covers since it grew.
     grown: u32,
+    /// What each of the growths judged last would gain.
+    gains: Vec<Gain>,
 }
 
 impl Group {
-    /// Removes the step's leaf and grows its target.
-    fn step(&mut self, scene: Scene<'_>, Step { leaf, scale, growth }: Step) {
-        let Scene { shapes, views, masks } = scene;
-        let Growth { target, from, to } = growth;
-        self.dead[leaf as usize] = true;
+    fn run(&mut self, scene: Scene<'_>, task: &Task) {
         self.touched = 0;
         self.grown = 0;
-        for (i, layers) in self.layers.iter_mut().enumerate() {
-            let view = self.first_view + i;
+        match task {
+            Task::Step(gone, growth) => {
+                self.remove(scene, *gone);
+                self.grow(scene, *growth);
+            }
+            Task::Judge(gone, growths) => {
+                if let Some(gone) = gone {
+                    self.remove(scene, *gone);
+                }
+                self.judge(scene, growths);
+            }
+            Task::Grow(growth) => self.grow(scene, *growth),
+        }
+    }
+
+    fn remove(&mut self, Scene { shapes, views, .. }: Scene<'_>, Gone { leaf, scale }: Gone) {
+        self.dead[leaf as usize] = true;
+        for (layers, view) in self.layers.iter_mut().zip(self.first_view..) {
             layers.changes.clear();
             self.old.outline(shapes, views, view, leaf, scale);
             layers.remove(leaf, &self.old, &self.dead);
             self.touched += self.old.fragments.len();
-            if from != to {
-                self.old.rasterise(shapes, views, masks, view, target, from);
-                self.new.rasterise(shapes, views, masks, view, target, to);
-                layers.regrow(target, &self.old, &self.new, &self.dead);
-                self.touched += self.new.fragments.len();
-                self.grown += self.new.fragments.len() as u32;
+        }
+    }
+
+    fn grow(&mut self, scene: Scene<'_>, Growth { target, from, to }: Growth) {
+        if from == to {
+            return;
+        }
+        for (layers, view) in self.layers.iter_mut().zip(self.first_view..) {
+            self.old.rasterise(scene, view, target, from);
+            self.new.rasterise(scene, view, target, to);
+            layers.regrow(target, &self.old, &self.new, &self.dead);
+            self.touched += self.new.fragments.len();
+            self.grown += self.new.fragments.len() as u32;
+        }
+    }
+
+    /// Fills `gains`: how much less the group's views would differ from their references after each growth.
+    fn judge(&mut self, scene: Scene<'_>, growths: &[Growth]) {
+        self.gains.clear();
+        self.gains.resize(growths.len(), Gain::default());
+        let Some(appearance) = scene.appearance else { return };
+        for (layers, view) in self.layers.iter_mut().zip(self.first_view..) {
+            layers.refresh();
+            let (layers, look) = (&*layers, appearance.view(view));
+            let mut drawn = None;
+            for (&growth, gain) in growths.iter().zip(&mut self.gains) {
+                let Growth { target, from, to } = growth;
+                if from == to || !self.new.may_show(scene, view, growth, layers) {
+                    continue;
+                }
+                if drawn.replace(target) != Some(target) {
+                    self.old.rasterise_where(scene, view, target, from, |pixel, _| layers.shows(pixel, target));
+                }
+                let wanted = |pixel, depth| layers.would_show(pixel, depth, target);
+                self.new.rasterise_where(scene, view, target, to, wanted);
+                *gain = gain.plus(layers.gain(target, &self.old, &self.new, look));
             }
         }
     }
@@ -97,7 +156,7 @@ struct Canvas {
 
 /// A thread that updates the groups it is sent and sends them back.
 struct Helper {
-    to: Sender<(Group, Step)>,
+    to: Sender<(Group, Task)>,
     from: Receiver<Group>,
 }
 
@@ -110,24 +169,31 @@ impl Canvas {
                 let footprint = Footprint::new(pixels);
                 let (old, new) = (footprint.clone(), footprint);
                 let dead = vec![false; leaves];
-                groups.push(Group { first_view: view, layers: Vec::new(), dead, old, new, touched: 0, grown: 0 });
+                let (layers, gains) = (Vec::new(), Vec::new());
+                groups.push(Group { first_view: view, layers, dead, old, new, touched: 0, grown: 0, gains });
             }
             groups[view / size].layers.push(layers);
         }
         Self { groups, helpers: Vec::new() }
     }
 
-    fn step(&mut self, scene: Scene<'_>, step: Step) {
+    fn run(&mut self, scene: Scene<'_>, task: Task) {
         let touched: usize = self.groups.iter().map(|group| group.touched).sum();
-        if touched < PARALLEL_PIXELS || self.helpers.is_empty() {
-            return self.groups.iter_mut().for_each(|group| group.step(scene, step));
+        let is_small = touched < PARALLEL_PIXELS && !matches!(task, Task::Judge(..));
+        if is_small || self.helpers.is_empty() {
+            return self.groups.iter_mut().for_each(|group| group.run(scene, &task));
         }
         for (helper, group) in self.helpers.iter().zip(self.groups.drain(1..)) {
             // A helper lives as long as its channel: neither end closes while the canvas holds the other.
-            let _ = helper.to.send((group, step));
+            let _ = helper.to.send((group, task.clone()));
         }
-        self.groups[0].step(scene, step);
+        self.groups[0].run(scene, &task);
         self.groups.extend(self.helpers.iter().filter_map(|helper| receive(&helper.from)));
+    }
+
+    /// What each growth gains, all views taken together.
+    fn gains(&self, growths: usize) -> impl Iterator<Item = Gain> {
+        (0..growths).map(|i| self.groups.iter().map(|group| group.gains[i]).fold(Gain::default(), Gain::plus))
     }
 
     /// Pixels of all views that the last step's target covers since it grew.
@@ -170,27 +236,62 @@ pub struct Pruner<'a, C: Criterion + ?Sized> {
     areas: Areas,
     criterion: Box<C>,
     enlarger: Enlarger,
+    price: Price,
 }
 
 impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
     /// All leaves live, `areas` and `criterion` as counted from `layers`.
     pub fn new(scene: Scene<'a>, layers: Vec<Layers>, areas: Areas, criterion: Box<C>, enlarger: Enlarger) -> Self {
         let canvas = Canvas::new(layers, areas.leaves, scene.views.pixels());
-        Self { scene, canvas, areas, criterion, enlarger }
+        let price = Price::new(&areas);
+        Self { scene, canvas, areas, criterion, enlarger, price }
     }
 
     /// Prunes one leaf; `None` when it would be the last.
     pub fn step(&mut self) -> Option<Prune> {
         let choice = self.criterion.choose(&self.areas)?;
         let leaf = choice.leaf;
-        let scale = self.enlarger.scales[leaf as usize];
-        let growth = self.enlarger.prune(leaf, self.areas.total(leaf as usize))?;
-        self.canvas.step(self.scene, Step { leaf, scale, growth });
+        let gone = Gone { leaf, scale: self.enlarger.scales[leaf as usize] };
+        let growth = match self.enlarger.prune(leaf, self.areas.total(leaf as usize))? {
+            Plan::Grow(growth) => {
+                self.canvas.run(self.scene, Task::Step(gone, growth));
+                growth
+            }
+            Plan::Judge { lost_area, growths } => self.judged(gone, lost_area, growths),
+        };
         if growth.from != growth.to {
-            self.enlarger.covered[growth.target as usize] = self.canvas.grown();
+            self.enlarger.grow(growth, self.canvas.grown());
         }
         self.criterion.absorb(&mut self.areas, &self.canvas.changes(), leaf);
         Some(Prune { leaf, target: growth.target, target_scale: growth.to, error: choice.error as f32 })
+    }
+
+    /// Removes a leaf and grows what gains most, if anything does.
+    fn judged(&mut self, gone: Gone, lost_area: f64, growths: Vec<Growth>) -> Growth {
+        let price = self.price.steps(&self.areas) * self.scene.appearance.map_or(0, Appearance::coverage);
+        let (score, best) = self.best(Some(gone), growths, price);
+        let others = self.enlarger.other_growths(best.target, lost_area);
+        let (score, best) = if others.is_empty() {
+            (score, best)
+        } else {
+            let (other_score, other) = self.best(None, others, price);
+            if other_score > score { (other_score, other) } else { (score, best) }
+        };
+        if score <= 0 {
+            return Growth { to: best.from, ..best };
+        }
+        self.canvas.run(self.scene, Task::Grow(best));
+        best
+    }
+
+    /// The growth of greatest score, the first of equals.
+    fn best(&mut self, gone: Option<Gone>, growths: Vec<Growth>, price: i64) -> (i64, Growth) {
+        let growths: Arc<[Growth]> = growths.into();
+        self.canvas.run(self.scene, Task::Judge(gone, growths.clone()));
+        let scores = self.canvas.gains(growths.len()).map(|gain| gain.score(price));
+        let best = scores.zip(0..).map(|(score, i)| (score, std::cmp::Reverse(i))).max();
+        let (score, std::cmp::Reverse(i)) = best.unwrap_or_default();
+        (score, growths[i])
     }
 
     /// Prunes all leaves but one, in order. `advance` is told how many are gone and answers whether to go on.
@@ -201,11 +302,11 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         let scene = self.scene;
         std::thread::scope(|scope| {
             for _ in 1..self.canvas.groups.len() {
-                let (to, steps) = channel::<(Group, Step)>();
+                let (to, tasks) = channel::<(Group, Task)>();
                 let (done, from) = channel();
                 scope.spawn(move || {
-                    while let Some((mut group, step)) = receive(&steps) {
-                        group.step(scene, step);
+                    while let Some((mut group, task)) = receive(&tasks) {
+                        group.run(scene, &task);
                         let _ = done.send(group);
                     }
                 });
@@ -282,7 +383,7 @@ mod tests {
         for shape in (0..=leaves).filter(|&shape| shape == leaves || !pruner.canvas.groups[0].dead[shape as usize]) {
             let row = if shape == leaves { leaves + 1 } else { shape };
             let scale = pruner.enlarger.scales.get(shape as usize).copied().unwrap_or(1.0);
-            footprint.rasterise(pruner.scene.shapes, pruner.scene.views, pruner.scene.masks, view, shape, scale);
+            footprint.rasterise(pruner.scene, view, shape, scale);
             for &(pixel, depth) in &footprint.fragments {
                 let pair = &mut nearest[pixel as usize];
                 // Nothing is seen behind wood but wood.
@@ -296,10 +397,10 @@ mod tests {
 
     /// Pixels of all views that a leaf covers at its current scale.
     fn covers(pruner: &Pruner<'_, Vmi>, leaf: usize) -> u32 {
-        let Scene { shapes, views, masks } = pruner.scene;
+        let views = pruner.scene.views;
         let mut footprint = Footprint::new(views.pixels());
         let count = |view| {
-            footprint.rasterise(shapes, views, masks, view, leaf as u32, pruner.enlarger.scales[leaf]);
+            footprint.rasterise(pruner.scene, view, leaf as u32, pruner.enlarger.scales[leaf]);
             footprint.fragments.len() as u32
         };
         (0..views.views.len()).map(count).sum()
@@ -314,7 +415,7 @@ mod tests {
         let Captured { layers, covered, .. } = capture(&shapes, &views, &mut CpuFragments::new(), |_| true).unwrap();
         let areas = count_areas(&layers.iter().collect::<Vec<_>>(), plant.leaves.len());
         let criterion = vmi(&areas, &layers.iter().collect::<Vec<_>>());
-        let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks };
+        let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks, appearance: None };
         let enlarger = Enlarger::new(&plant, covered, Compensate::Nearest, 4.0);
         let mut pruner = Pruner::new(scene, layers, areas, Box::new(criterion), enlarger);
         let mut steps = 0;

@@ -1,14 +1,15 @@
 //! The simplification as a recipe, from plant to model.
 
 use super::{
+    appearance::Appearance,
     areas::Areas,
     capture::{Captured, capture, cover_views},
-    criterion::{Criterion, VisibleArea},
+    criterion::{Criterion, ImageLoss, VisibleArea},
     enlarge::Enlarger,
     fragments::FragmentSource,
     layers::Layers,
     masks::Masks,
-    options::{self, SimplifyOptions},
+    options::{self, Compensate, SimplifyOptions},
     prune::{Pruner, Scene, count_areas},
     shapes::Shapes,
     views::ViewSet,
@@ -18,7 +19,7 @@ use crate::{
     Error, Plant, Result,
     model::{FoliageModel, Prune, Recipe},
 };
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 /// Is told how a simplification goes on, and may stop it.
 pub trait Observer: Send {
@@ -145,14 +146,18 @@ fn run(
     source.prepare(&masks.masks)?;
     let started = Instant::now();
     observer.phase("fragments", u64::from(options.views));
-    let Captured { layers, covered, fragments } = capture(&shapes, &views, source, |done| observer.advance(done))?;
+    let Captured { mut layers, covered, fragments } = capture(&shapes, &views, source, |done| observer.advance(done))?;
     let fragments_seconds = started.elapsed().as_secs_f64();
     let started = Instant::now();
     observer.phase("prune", plant.leaves.len() as u64 - 1);
     let areas = count_areas(&layers.iter().collect::<Vec<_>>(), plant.leaves.len());
-    let criterion = criterion(options, &areas, &layers, &views);
+    let [scoring, judging] = appearances(plant, options, &views)?;
+    if scoring.is_some() || judging.is_some() {
+        layers.iter_mut().for_each(Layers::keep_reference);
+    }
+    let criterion = criterion(options, &areas, &layers, &views, scoring);
     let enlarger = Enlarger::new(plant, covered, options.compensate, options.max_scale);
-    let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks };
+    let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks, appearance: judging.as_deref() };
     let prunes = Pruner::new(scene, layers, areas, criterion, enlarger).run(|done| observer.advance(done))?;
     let seconds = Seconds { fragments: fragments_seconds, prune: started.elapsed().as_secs_f64() };
     Ok((prunes, fragments, seconds))
@@ -171,14 +176,37 @@ pub fn rasterise_all(plant: &Plant, options: &SimplifyOptions, source: &mut dyn 
     cover_views(&Shapes::new(plant, &views, &masks, options.max_scale), &views, source)
 }
 
-fn criterion(options: &SimplifyOptions, areas: &Areas, layers: &[Layers], views: &ViewSet) -> Box<dyn Criterion> {
-    match options.criterion {
-        options::Criterion::Area => Box::new(VisibleArea::new(areas)),
-        options::Criterion::Vmi => {
+/// What the criterion compares views by, and what growths are judged by, where they are.
+fn appearances(plant: &Plant, options: &SimplifyOptions, views: &ViewSet) -> Result<[Option<Arc<Appearance>>; 2]> {
+    let by_image = options.criterion == options::Criterion::Image;
+    let image = match by_image || options.compensate == Compensate::Image {
+        true => Some(Arc::new(Appearance::image(plant, views)?)),
+        false => None,
+    };
+    let silhouette = || Arc::new(Appearance::silhouette(plant.leaves.len(), views.views.len()));
+    let judging = match options.compensate {
+        Compensate::Image => image.clone(),
+        Compensate::Silhouette => Some(silhouette()),
+        Compensate::Nearest | Compensate::None => None,
+    };
+    Ok([image.filter(|_| by_image), judging])
+}
+
+fn criterion(
+    options: &SimplifyOptions,
+    areas: &Areas,
+    layers: &[Layers],
+    views: &ViewSet,
+    appearance: Option<Arc<Appearance>>,
+) -> Box<dyn Criterion> {
+    match (options.criterion, appearance) {
+        (_, Some(appearance)) => Box::new(ImageLoss::new(appearance, areas, layers)),
+        (options::Criterion::Vmi, None) => {
             let pixels = views.pixels() as u64 * views.views.len() as u64;
             let fronts = layers.iter().enumerate();
             let fronts = fronts.flat_map(|(view, layers)| layers.fronts().map(move |pair| (view, pair)));
             Box::new(Vmi::new(areas, pixels, options.background, fronts))
         }
+        _ => Box::new(VisibleArea::new(areas)),
     }
 }

@@ -8,6 +8,7 @@
 use super::{
     fragments::{AlphaTest, NO_MASK},
     masks::Masks,
+    occlusion::Extent,
     views::{CAMERA_DISTANCE, NEAR, SUBPIXEL, ScreenPoint, View, ViewSet},
 };
 use crate::plant::Plant;
@@ -30,6 +31,11 @@ pub struct Triangle {
     /// Indices into the shapes' vertices.
     corners: [u32; 3],
     plane: u32,
+}
+
+/// The depth of 1/w in steps of the 32-bit depth range, 0 nearest.
+fn depth(inv_w: f64) -> u32 {
+    ((1.0 / NEAR - inv_w) * (NEAR * f64::from(u32::MAX))) as u32
 }
 
 /// One leaf, or the wood as a whole, in unit space.
@@ -72,7 +78,7 @@ impl DepthPlane {
     pub fn depth(&self, x: i64, y: i64) -> u32 {
         let inv_w = x as f64 * self.per_x + y as f64 * self.per_y + self.at_origin;
         let inv_w = inv_w.max(self.range[0]).min(self.range[1]);
-        ((1.0 / NEAR - inv_w) * (NEAR * f64::from(u32::MAX))) as u32
+        depth(inv_w)
     }
 }
 
@@ -158,6 +164,34 @@ impl Shapes {
         out.extend(offsets.iter().map(|&offset| views.project(view, shape.pivot + offset * scale)));
     }
 
+    /// What a leaf may cover in a view at `scale`; `None` where part of it is out of sight. `projected` is for use meanwhile.
+    pub fn extent(
+        &self,
+        views: &ViewSet,
+        view: &View,
+        shape: &Shape,
+        scale: f32,
+        projected: &mut Vec<Option<ScreenPoint>>,
+    ) -> Option<Extent> {
+        self.project(views, view, shape, scale, projected);
+        let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);
+        for point in projected {
+            let at = point.as_ref().map(|point| [point.x, point.y])?;
+            low = [0, 1].map(|axis| at[axis].min(low[axis]));
+            high = [0, 1].map(|axis| at[axis].max(high[axis]));
+        }
+        let [low, high] = [low, high].map(|corner| corner.map(|at| at.div_euclid(SUBPIXEL)));
+        let [_, nearest] = self.range(view, shape);
+        Some(Extent { low, high, nearest: depth(nearest) })
+    }
+
+    /// Least and greatest 1/w of a shape at any scale.
+    fn range(&self, view: &View, shape: &Shape) -> [f64; 2] {
+        let pivot_w = CAMERA_DISTANCE - shape.pivot.dot(view.toward);
+        let reach = shape.reach * self.max_scale;
+        [1.0 / (pivot_w + reach), 1.0 / (pivot_w - reach).max(NEAR)]
+    }
+
     /// The corners of a triangle among the projected vertices of its shape; `None` when one is out of sight.
     pub fn corners(&self, shape: &Shape, triangle: u32, projected: &[Option<ScreenPoint>]) -> Option<[ScreenPoint; 3]> {
         let [a, b, c] = self.triangles[triangle as usize].corners.map(|c| projected[(c - shape.vertices[0]) as usize]);
@@ -168,8 +202,7 @@ impl Shapes {
     pub fn depth_plane(&self, views: &ViewSet, view: &View, shape: &Shape, triangle: u32, scale: f32) -> DepthPlane {
         let Plane { normal, offset } = self.planes[self.triangles[triangle as usize].plane as usize];
         let pivot_w = CAMERA_DISTANCE - shape.pivot.dot(view.toward);
-        let reach = shape.reach * self.max_scale;
-        let range = [1.0 / (pivot_w + reach), 1.0 / (pivot_w - reach).max(NEAR)];
+        let range = self.range(view, shape);
         let facing = normal.dot(view.toward);
         // normal . (w x right + w y up + (CAMERA_DISTANCE - w) toward) = level, solved for 1/w.
         let level = normal.dot(shape.pivot) + f64::from(scale) * offset;

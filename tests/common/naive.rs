@@ -1,7 +1,12 @@
 //! The whole simplification written from its formulas, without any cleverness: every candidate of every step is drawn and
 //! counted again. Shares no code with the library; slow.
 
-use foliage_lod::{Plant, material::Wrap, model::Prune};
+use foliage_lod::{
+    Plant,
+    material::Wrap,
+    model::Prune,
+    simplify::{Compensate, options::Criterion},
+};
 use glam::{DVec2, DVec3, Vec3};
 
 /// Width, height and whether each texel covers.
@@ -10,15 +15,31 @@ type Mask = (usize, usize, Vec<bool>);
 /// A mask, how it wraps, and the texture coordinates of a triangle's corners.
 type Masked<'m> = (&'m Mask, [Wrap; 2], [[f32; 2]; 3]);
 
+/// Difference between two polygons' looks in a view.
+type Difference<'a> = Box<dyn Fn(usize, usize, usize) -> i64 + 'a>;
+
+/// How two pictures differ.
+pub struct Comparison<'a> {
+    pub difference: Difference<'a>,
+    /// Between a polygon and the background.
+    pub coverage: i64,
+}
+
 pub struct Naive<'a> {
     plant: &'a Plant,
+    pub criterion: Criterion,
+    pub compensate: Compensate,
+    /// What the criterion and what the rule that enlarges compares pictures by.
+    pub comparisons: [Option<Comparison<'a>>; 2],
+    /// What is in front at each pixel of each view at full detail.
+    reference: Vec<Vec<usize>>,
     resolution: usize,
     background: bool,
     max_scale: f64,
     center: DVec3,
     radius: f64,
     /// (right, up, toward) of each view.
-    cameras: Vec<[DVec3; 3]>,
+    pub cameras: Vec<[DVec3; 3]>,
     /// Of each material's texture.
     masks: Vec<Option<Mask>>,
     fraction_bits: u32,
@@ -67,6 +88,10 @@ impl<'a> Naive<'a> {
         let fraction_bits = (62 - (area * area.log2()).log2().ceil() as u32 - 1).min(36);
         let mut naive = Self {
             plant,
+            criterion: Criterion::Vmi,
+            compensate: Compensate::Nearest,
+            comparisons: [None, None],
+            reference: Vec::new(),
             resolution: resolution as usize,
             background,
             max_scale: f64::from(max_scale),
@@ -83,6 +108,7 @@ impl<'a> Naive<'a> {
         };
         naive.drawn = (0..plant.leaves.len()).map(|leaf| naive.draw(leaf)).collect();
         naive.wood = (0..20).map(|view| naive.draw_wood(view)).collect();
+        naive.reference = naive.fronts(None);
         naive
     }
 
@@ -91,32 +117,133 @@ impl<'a> Naive<'a> {
         let mut prunes = Vec::new();
         while self.live.iter().filter(|&&live| live).count() > 1 {
             let areas = self.count(None);
-            let candidates = (0..self.live.len()).filter(|&leaf| self.live[leaf]);
             let seconds = self.count_seconds();
-            let before = self.information(&areas);
-            let error = |leaf| self.error(&before, &self.count(Some(leaf)));
-            let (error, _, leaf) = candidates.map(|leaf| (error(leaf), seconds[leaf], leaf)).min().unwrap();
+            let candidates = (0..self.live.len()).filter(|&leaf| self.live[leaf]);
+            let errors = self.errors(&areas);
+            let (error, _, leaf) = candidates.map(|leaf| (errors[leaf], seconds[leaf], leaf)).min().unwrap();
             let visible = areas[leaf].iter().sum::<u64>();
+            let price = self.price(&areas);
             self.live[leaf] = false;
-            let target = self.nearest(leaf);
-            if visible > 0 {
-                let covered: usize = self.drawn[leaf].iter().map(Vec::len).sum();
-                let area = |leaf: usize| self.surface(leaf).0 * f64::from(self.scales[leaf]).powi(2);
-                let gained = area(leaf) * (visible as f64 / covered as f64);
-                let grown = ((area(target) + gained) / self.surface(target).0).sqrt();
-                self.scales[target] =
-                    grown.min(self.max_scale).min(self.room(target)).max(self.scales[target].into()) as f32;
-                self.drawn[target] = self.draw(target);
-            }
-            let pixels = if self.background { self.resolution.pow(2) as f64 } else { 1.0 };
+            let nearest = self.nearest(leaf);
+            let (target, scale) = match self.compensate {
+                _ if visible == 0 => (nearest[0], self.scales[nearest[0]]),
+                Compensate::None => (nearest[0], self.scales[nearest[0]]),
+                Compensate::Nearest => {
+                    let covered: usize = self.drawn[leaf].iter().map(Vec::len).sum();
+                    (nearest[0], self.grown(nearest[0], self.area(leaf) * (visible as f64 / covered as f64)))
+                }
+                Compensate::Silhouette | Compensate::Image => self.judged(leaf, &nearest, price),
+            };
+            self.scales[target] = scale;
+            self.drawn[target] = self.draw(target);
             prunes.push(Prune {
                 leaf: leaf as u32,
                 target: target as u32,
-                target_scale: self.scales[target],
-                error: (error as f64 / (1_u64 << self.fraction_bits) as f64 / pixels) as f32,
+                target_scale: scale,
+                error: self.recorded(error),
             });
         }
         prunes
+    }
+
+    fn area(&self, leaf: usize) -> f64 {
+        self.surface(leaf).0 * f64::from(self.scales[leaf]).powi(2)
+    }
+
+    /// The scale of a leaf with `area` added to its own.
+    fn grown(&self, leaf: usize, area: f64) -> f32 {
+        let grown = ((self.area(leaf) + area) / self.surface(leaf).0).sqrt();
+        grown.min(self.max_scale).min(self.room(leaf)).max(self.scales[leaf].into()) as f32
+    }
+
+    /// Error of each leaf, in steps.
+    fn errors(&self, areas: &[Vec<u64>]) -> Vec<i64> {
+        let leaves = 0..self.live.len();
+        match self.criterion {
+            Criterion::Vmi => {
+                let before = self.information(areas);
+                leaves.map(|leaf| self.error(&before, &self.count(Some(leaf)))).collect()
+            }
+            Criterion::Area => leaves.map(|leaf| areas[leaf].iter().sum::<u64>() as i64).collect(),
+            Criterion::Image => {
+                let by = self.comparisons[0].as_ref().unwrap();
+                let price = self.price(areas);
+                let before = self.score(by, price, None);
+                leaves.map(|leaf| before - self.score(by, price, Some(leaf))).collect()
+            }
+        }
+    }
+
+    fn recorded(&self, error: i64) -> f32 {
+        let pixels = if self.background { self.resolution.pow(2) as f64 } else { 1.0 };
+        let error = error as f64;
+        match self.criterion {
+            Criterion::Vmi => (error / (1_u64 << self.fraction_bits) as f64 / pixels) as f32,
+            Criterion::Area => error as f32,
+            Criterion::Image => (error.max(0.0) / (self.comparisons[0].as_ref().unwrap().coverage * 8) as f64) as f32,
+        }
+    }
+
+    /// What is in front at each pixel of each view.
+    fn fronts(&self, without: Option<usize>) -> Vec<Vec<usize>> {
+        let front = |view| self.nearest_fragments(view, without, None).into_iter().map(|(_, row)| row).collect();
+        (0..20).map(front).collect()
+    }
+
+    /// Eight times how close the views are to those at full detail, and `price` for each covered pixel and unit of coverage.
+    fn score(&self, by: &Comparison<'_>, price: i64, without: Option<usize>) -> i64 {
+        let background = self.live.len();
+        let mut score = 0;
+        for (view, fronts) in self.fronts(without).iter().enumerate() {
+            for (&front, &reference) in fronts.iter().zip(&self.reference[view]) {
+                score -= 8 * (by.difference)(view, front, reference);
+                score += if front == background { 0 } else { price * by.coverage };
+            }
+        }
+        score
+    }
+
+    /// From -8 to 8, one for each 1/160 of the covered pixels that lacks.
+    fn price(&self, areas: &[Vec<u64>]) -> i64 {
+        let background = self.live.len();
+        let open = self.reference.iter().flatten().filter(|&&front| front == background).count() as i64;
+        let covered = (20 * self.resolution.pow(2)) as i64 - open;
+        let open_now = areas[background].iter().sum::<u64>() as i64;
+        let step = ((covered as f64 * 0.05 / 8.0) as i64).max(1);
+        ((open_now - open) / step).clamp(-8, 8)
+    }
+
+    /// Which leaf grows to which scale when the views decide.
+    fn judged(&mut self, leaf: usize, nearest: &[usize], price: i64) -> (usize, f32) {
+        let lost = self.area(leaf);
+        let by = self.comparisons[1].take().unwrap();
+        let now = self.score(&by, price, None);
+        let mut best = (i64::MIN, nearest[0], 1.0);
+        let attempt = |naive: &mut Self, target: usize, area: f64, best: &mut (i64, usize, f32)| {
+            let before = naive.scales[target];
+            let scale = naive.grown(target, area);
+            naive.scales[target] = scale;
+            let drawn = naive.draw(target);
+            let drawn = std::mem::replace(&mut naive.drawn[target], drawn);
+            let gain = naive.score(&by, price, None) - now;
+            naive.scales[target] = before;
+            naive.drawn[target] = drawn;
+            if gain > best.0 {
+                *best = (gain, target, scale);
+            }
+        };
+        for &target in nearest.iter().take(8) {
+            attempt(self, target, lost, &mut best);
+        }
+        if self.compensate == Compensate::Image {
+            let target = best.1;
+            for share in [0.25, 0.5, 2.0, 4.0] {
+                attempt(self, target, lost * share, &mut best);
+            }
+        }
+        self.comparisons[1] = Some(by);
+        let (gain, target, scale) = best;
+        (target, if gain > 0 { scale } else { self.scales[target] })
     }
 
     /// Visible areas of leaves, background and wood, with one leaf left out.
@@ -227,11 +354,13 @@ impl<'a> Naive<'a> {
         room.max(1.0)
     }
 
-    fn nearest(&self, leaf: usize) -> usize {
+    /// The remaining leaves, nearest first.
+    fn nearest(&self, leaf: usize) -> Vec<usize> {
         let from = self.surface(leaf).1.as_dvec3();
         let distance = |other: usize| (self.surface(other).1.as_dvec3() - from).length_squared();
-        let live = (0..self.live.len()).filter(|&other| self.live[other]);
-        live.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap()
+        let mut live: Vec<usize> = (0..self.live.len()).filter(|&other| self.live[other]).collect();
+        live.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+        live
     }
 
     /// A leaf's fragments in every view at its current scale.

@@ -1,10 +1,8 @@
 //! Bark that repeats without a seam, from value noise on a wrapped lattice.
 
 use super::{mixed, shaded, smooth, unit_color};
-use crate::grow::{
-    random::Random,
-    species::{BarkPattern, BarkStyle},
-};
+use crate::grow::species::{BarkPattern, BarkStyle};
+use crate::random::Random;
 
 /// Texels on a side.
 pub(super) const SIDE: u32 = 256;

@@ -3,9 +3,9 @@
 use super::{blade, canvas::Canvas, mixed, shaded, unit_color};
 use crate::grow::{
     frame::sin_cos,
-    random::Random,
     species::{Blade, LeafStyle},
 };
+use crate::random::Random;
 use glam::Vec2;
 
 /// Leaves of each shoot of an oak spray; English oak crowds them at the shoot's end.

@@ -1,4 +1,4 @@
-//! The random numbers of growth: SplitMix64, the same on every machine.
+//! Random numbers: SplitMix64, the same on every machine.
 //!
 //! After Sebastiano Vigna, "An experimental exploration of Marsaglia's xorshift generators, scrambled" (2014), whose
 //! seeding generator is SplitMix64: a Weyl sequence through Stafford's 13th variant of the MurmurHash3 finaliser.
@@ -12,7 +12,7 @@ const UNIT: f32 = 1.0 / 16_777_216.0;
 
 /// A stream of random numbers.
 #[derive(Debug, Clone)]
-pub(super) struct Random {
+pub(crate) struct Random {
     state: u64,
 }
 
