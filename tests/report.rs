@@ -59,3 +59,65 @@ fn without_an_adapter_the_report_says_what_it_needs() {
     let told = message.lines().find(|line| line.starts_with("error: ") && !line.contains("XDG")).unwrap();
     assert!(told.contains("the report needs a GPU or a software Vulkan driver"), "{told}");
 }
+
+fn study(folder: &Path, more: &[&str]) -> std::process::Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
+    command.args(["report", "betula-populifolia", "--leaves", "60", "--levels", "0.5,0.1", "--pixels", "32"]);
+    command.args(["--json", "-o"]).arg(folder).args(more).output().unwrap()
+}
+
+#[test]
+fn a_plants_report_is_one_page_with_every_method_at_every_level() {
+    let folder = tempfile::tempdir().unwrap();
+    let glb = folder.path().join("lod.glb");
+    let mut grow = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
+    assert!(grow.args(["grow", "betula-populifolia", "--leaves", "30", "-o"]).arg(&glb).status().unwrap().success());
+    let output = study(folder.path(), &["--against", glb.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = json["rows"].as_array().unwrap();
+    for method in ["paper", "fast", "balanced", "best", "random", "cook", "gomez, linear 1/lambda"] {
+        let levels: Vec<f64> =
+            rows.iter().filter(|row| row["method"] == method).map(|row| row["level"].as_f64().unwrap()).collect();
+        assert_eq!(levels, [0.5, 0.1], "{method}");
+    }
+    let against: Vec<_> = rows.iter().filter(|row| row["method"] == "against").collect();
+    assert_eq!(against.len(), 1);
+    assert!((against[0]["level"].as_f64().unwrap() - 0.5).abs() < 0.1);
+    let keys =
+        ["plant", "method", "level", "leaves", "pixels", "rmse", "ssim", "flip", "coverage", "xor", "frame_seconds"];
+    assert!(rows.iter().all(|row| keys.iter().all(|key| row.get(key).is_some())));
+    let rmse = |method: &str, level: f64| {
+        let row = rows.iter().find(|row| row["method"] == method && row["level"] == level).unwrap();
+        row["rmse"].as_f64().unwrap()
+    };
+    assert!(rmse("balanced", 0.1) < rmse("random", 0.1) && rmse("balanced", 0.5) < rmse("balanced", 0.1));
+    let offline = json["offline"].as_array().unwrap();
+    assert_eq!(offline.len(), 14);
+    let keys = ["plant", "preset", "resolution", "views", "criterion", "seconds", "peak_bytes"];
+    assert!(offline.iter().all(|row| keys.iter().all(|key| row.get(key).is_some())));
+    let written = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&written("report.json")).unwrap(), json);
+    assert_eq!(written("report.csv").lines().count(), 1 + rows.len());
+    let page = written("report.html");
+    let without_names = page.replace("http://www.w3.org/2000/svg", "");
+    assert!(!without_names.contains("http") && !page.contains(" src=\"/") && page.contains("data:image/png;base64,"));
+    assert!(page.contains("class=\"front\"") && page.matches("<svg").count() >= 3);
+}
+
+#[test]
+fn what_cannot_be_reported_is_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, says) in [
+        (vec!["report", "-o", "x"], "PLANT"),
+        (vec!["report", "english-oak", "-o", "x", "--levels", "0"], "above 0 and at most 1"),
+        (vec!["report", "english-oak", "-o", "x", "--pixels", "4"], "8..=2048"),
+        (vec!["report", "no-such-tree", "-o", "x"], "no-such-tree"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
+        let output = command.args(&arguments).current_dir(folder.path()).output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        let told: Vec<&str> = message.lines().filter(|line| !line.contains("XDG_RUNTIME_DIR")).collect();
+        assert!(!output.status.success() && told.len() == 1 && told[0].contains(says), "{arguments:?}: {message}");
+    }
+}

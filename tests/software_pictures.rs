@@ -15,7 +15,7 @@ use foliage_lod::{
 use glam::{DAffine3, DVec3, Quat, Vec3};
 
 const SIZE: [u32; 2] = [96, 96];
-const BARE: DrawOptions = DrawOptions { background: Background::Transparent, wood: true };
+const BARE: DrawOptions = DrawOptions { background: Background::Transparent, wood: true, tone: None };
 
 /// From (0, 0, 10): at the origin one unit is 24 pixels.
 fn camera() -> Camera {

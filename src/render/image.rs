@@ -68,7 +68,7 @@ impl Image {
         Ok(())
     }
 
-    fn encode_png(&self) -> Result<Vec<u8>> {
+    pub(crate) fn encode_png(&self) -> Result<Vec<u8>> {
         use ::image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
         let mut png = Vec::new();
         let bytes = 4 * self.width as usize * self.height as usize;

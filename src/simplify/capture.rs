@@ -26,13 +26,27 @@ pub struct Captured {
     pub fragments: u64,
 }
 
-/// Captures every view of `shapes` through `source`. `advance` is told how many views are done and answers whether to go on.
+/// Captures every view of `shapes` through `source`, every leaf at scale 1. `advance` is told how many views are done and answers whether to go on.
 ///
 /// # Errors
 /// Those of the source; [`Error::Interrupted`] when `advance` says no.
 pub fn capture(
     shapes: &Shapes,
     views: &ViewSet,
+    source: &mut dyn FragmentSource,
+    advance: impl FnMut(u64) -> bool,
+) -> Result<Captured> {
+    capture_at(shapes, views, |_| Some(1.0), source, advance)
+}
+
+/// As [`capture`], each leaf at its scale, and those left out that have none.
+///
+/// # Errors
+/// As [`capture`].
+pub fn capture_at(
+    shapes: &Shapes,
+    views: &ViewSet,
+    scale: impl Fn(usize) -> Option<f32> + Sync,
     source: &mut dyn FragmentSource,
     mut advance: impl FnMut(u64) -> bool,
 ) -> Result<Captured> {
@@ -44,7 +58,8 @@ pub fn capture(
         Captured { layers: Vec::with_capacity(views.views.len()), covered: vec![0; leaves], fragments: 0 };
     for first in (0..views.views.len()).step_by(batch) {
         let last = views.views.len().min(first + batch);
-        let prepared: Vec<Prepared> = (first..last).into_par_iter().map(|view| prepare(shapes, views, view)).collect();
+        let prepare = |view| prepare(shapes, views, view, &scale);
+        let prepared: Vec<Prepared> = (first..last).into_par_iter().map(prepare).collect();
         let triangles: Vec<ViewTriangles<'_>> = prepared.iter().map(|view| view.triangles(views.resolution)).collect();
         let coverage = &mut coverage[..last - first];
         coverage.iter_mut().for_each(Vec::clear);
@@ -79,7 +94,7 @@ pub fn cover_views(shapes: &Shapes, views: &ViewSet, source: &mut dyn FragmentSo
     let mut coverage = Vec::new();
     for view in 0..views.views.len() {
         coverage.clear();
-        source.capture(prepare(shapes, views, view).triangles(views.resolution), &mut coverage)?;
+        source.capture(prepare(shapes, views, view, &|_| Some(1.0)).triangles(views.resolution), &mut coverage)?;
         fragments += coverage.len() as u64;
     }
     Ok(fragments)
@@ -96,7 +111,8 @@ fn owners(shapes: &Shapes) -> Vec<u32> {
     owners
 }
 
-fn prepare(shapes: &Shapes, views: &ViewSet, view: usize) -> Prepared {
+/// The wood always takes part.
+fn prepare(shapes: &Shapes, views: &ViewSet, view: usize, scale: &impl Fn(usize) -> Option<f32>) -> Prepared {
     let camera = &views.views[view];
     let count = shapes.triangles.len();
     let mut out = Prepared {
@@ -105,13 +121,15 @@ fn prepare(shapes: &Shapes, views: &ViewSet, view: usize) -> Prepared {
         depth: Vec::with_capacity(count),
     };
     let mut projected = Vec::new();
-    for shape in &shapes.shapes {
-        shapes.project(views, camera, shape, 1.0, &mut projected);
+    let wood = shapes.shapes.len() - 1;
+    for (index, shape) in shapes.shapes.iter().enumerate() {
+        let scale = if index == wood { Some(1.0) } else { scale(index) };
+        shapes.project(views, camera, shape, scale.unwrap_or(1.0), &mut projected);
         for triangle in shape.triangles[0]..shape.triangles[1] {
-            let corners = shapes.corners(shape, triangle, &projected);
+            let corners = scale.and_then(|_| shapes.corners(shape, triangle, &projected));
             out.screen.push(corners.map_or([[0; 2]; 3], |corners| corners.map(|p| [p.x as i32, p.y as i32])));
             out.alpha.push(corners.map_or(AlphaTest::NONE, |corners| shapes.alpha_test(shape, triangle, &corners)));
-            out.depth.push(shapes.depth_plane(views, camera, shape, triangle, 1.0));
+            out.depth.push(shapes.depth_plane(views, camera, shape, triangle, scale.unwrap_or(1.0)));
         }
     }
     out

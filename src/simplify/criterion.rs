@@ -26,6 +26,9 @@ pub trait Criterion {
     /// Chooses among the remaining leaves; `None` when none remains.
     fn choose(&mut self, areas: &Areas) -> Option<Choice>;
 
+    /// Takes a leaf out that is in no view.
+    fn retire(&mut self, leaf: u32);
+
     /// Takes leaf `pruned` out and takes in what the step changed in each view. Commits `areas`.
     fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32);
 }
@@ -58,6 +61,10 @@ impl Criterion for VisibleArea {
         (key != OUT).then_some(Choice { leaf, error: key.0 as f64 })
     }
 
+    fn retire(&mut self, leaf: u32) {
+        self.tournament.set(leaf, OUT);
+    }
+
     fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32) {
         self.tournament.set(pruned, OUT);
         for (view, changes) in changes.iter().enumerate() {
@@ -87,16 +94,16 @@ pub struct ImageLoss {
 
 impl ImageLoss {
     /// Scores all leaves of freshly captured views, which keep their references.
-    pub fn new(appearance: Arc<Appearance>, areas: &Areas, layers: &[Layers]) -> Self {
+    pub fn new(appearance: Arc<Appearance>, price: Price, areas: &Areas, layers: &[Layers]) -> Self {
         let mut gains = vec![Gain::default(); areas.leaves];
         for (view, layers) in layers.iter().enumerate() {
             let look = appearance.view(view);
-            for pair in layers.fronts().filter(|pair| (pair[0] as usize) < areas.leaves) {
-                let gain = &mut gains[pair[0] as usize];
-                *gain = gain.plus(look.gain(pair[0], pair[1], pair[0]));
+            for (reference, [front, second]) in layers.references().into_iter().flatten() {
+                if let Some(gain) = gains.get_mut(front as usize) {
+                    *gain = gain.plus(look.gain(front, second, reference));
+                }
             }
         }
-        let price = Price::new(areas);
         let tournament = Tournament::new(vec![OUT; areas.leaves]);
         let mut criterion = Self { appearance, price, steps: price.steps(areas), gains, tournament };
         (0..areas.leaves as u32).for_each(|leaf| criterion.tournament.set(leaf, criterion.key(areas, leaf)));
@@ -115,6 +122,10 @@ impl Criterion for ImageLoss {
         let key = self.tournament.key(leaf);
         let unit = (COVERAGE * STEPS) as f64;
         (key != OUT).then_some(Choice { leaf, error: key.0.max(0) as f64 / unit })
+    }
+
+    fn retire(&mut self, leaf: u32) {
+        self.tournament.set(leaf, OUT);
     }
 
     fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32) {

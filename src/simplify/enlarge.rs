@@ -71,6 +71,8 @@ pub struct Enlarger {
     caps: Vec<f64>,
     /// Current linear scale of each leaf.
     pub scales: Vec<f32>,
+    /// Which leaves are pruned.
+    pub dead: Vec<bool>,
     /// For each leaf the pixels of all views that it covers at its current scale, seen or not.
     pub covered: Vec<u32>,
     /// Surface area at scale 1.
@@ -88,6 +90,7 @@ impl Enlarger {
             nearest: Vec::new(),
             caps: caps(plant, f64::from(max_scale)),
             scales: vec![1.0; plant.leaves.len()],
+            dead: vec![false; plant.leaves.len()],
             covered,
             areas,
             neighbours: Neighbours::new(&centroids),
@@ -98,6 +101,7 @@ impl Enlarger {
     /// that show the leaf.
     pub fn prune(&mut self, leaf: u32, visible: u32) -> Option<Plan> {
         self.neighbours.remove(leaf);
+        self.dead[leaf as usize] = true;
         let is_judged = matches!(self.rule, Compensate::Silhouette | Compensate::Image) && visible > 0;
         let count = if is_judged { CANDIDATES } else { 1 };
         self.neighbours.nearest(leaf, count, &mut self.nearest);

@@ -145,10 +145,20 @@ impl Layers {
         }
     }
 
-    /// Keeps what is in front of every pixel now as what should be.
-    pub fn keep_reference(&mut self) {
-        self.reference = self.pixels.iter().map(|pixel| pixel.front.leaf()).collect();
+    /// Keeps what is in front of every pixel of `full`, the same view at full detail, as what should be.
+    pub fn keep_reference(&mut self, full: Vec<u32>) {
+        self.reference = full;
         self.farthest = Some(Farthest::new(self.pixels.len()));
+    }
+
+    /// What is in front of every pixel.
+    pub fn front_rows(&self) -> Vec<u32> {
+        self.pixels.iter().map(|pixel| pixel.front.leaf()).collect()
+    }
+
+    /// What should be in front of every pixel, with what is in front and second; `None` where that is not kept.
+    pub fn references(&self) -> Option<impl Iterator<Item = (u32, [u32; 2])> + '_> {
+        (!self.reference.is_empty()).then(|| self.reference.iter().copied().zip(self.fronts()))
     }
 
     /// How much less the view would differ from its reference with a leaf's footprint changed from `old` to `new`, of

@@ -62,7 +62,7 @@ impl Compensate {
 pub struct SimplifyOptions {
     /// Name of the preset that the other fields started from, for the model's recipe.
     pub preset: String,
-    /// What decides which leaf goes next. Matters far less than `compensate`.
+    /// What decides which leaf goes next. Matters less than `compensate`.
     pub criterion: Criterion,
     /// Which leaf grows when one goes, and by how much.
     pub compensate: Compensate,
@@ -77,6 +77,9 @@ pub struct SimplifyOptions {
     /// Largest linear scale that any leaf may reach, 1 to [`MAX_SCALE_LIMIT`]. Uncapped chains reach 10 to 20 and read as
     /// balloons; a low cap thins out the last few percent of the leaves.
     pub max_scale: f32,
+    /// Halves the resolution once leaves have grown: when 15 % of them are left, and again at 4 %. Saves a third of the time
+    /// at little loss, since enlarged leaves need fewer pixels.
+    pub cascade: bool,
     /// Threads; 0 takes one per core. The result does not depend on it.
     pub threads: usize,
 }
@@ -93,23 +96,30 @@ impl SimplifyOptions {
             views: 20,
             background: true,
             max_scale: 8.0,
+            cascade: false,
             threads: 0,
         }
     }
 
-    /// Quick: enlarges by silhouettes of 128 x 128. For drafts.
+    /// Quick: everything judged by pictures of 128 x 128, fewer pixels once leaves have grown.
     pub fn fast() -> Self {
-        Self { preset: "fast".into(), compensate: Compensate::Silhouette, resolution: 128, ..Self::paper() }
+        Self { preset: "fast".into(), resolution: 128, ..Self::balanced() }
     }
 
-    /// VMI, enlarging by pictures of 256 x 256.
+    /// Everything judged by pictures of 256 x 256, fewer pixels once leaves have grown.
     pub fn balanced() -> Self {
-        Self { preset: "balanced".into(), compensate: Compensate::Image, ..Self::paper() }
+        Self {
+            preset: "balanced".into(),
+            criterion: Criterion::Image,
+            compensate: Compensate::Image,
+            cascade: true,
+            ..Self::paper()
+        }
     }
 
-    /// Everything judged by pictures, of 512 x 512.
+    /// Everything judged by pictures of 512 x 512.
     pub fn best() -> Self {
-        Self { preset: "best".into(), criterion: Criterion::Image, resolution: 512, ..Self::balanced() }
+        Self { preset: "best".into(), resolution: 512, cascade: false, ..Self::balanced() }
     }
 
     /// Checks every field's range.

@@ -21,13 +21,11 @@ pub struct Price {
 }
 
 impl Price {
-    /// For a plant whose areas at full detail are `areas`.
-    pub fn new(areas: &Areas) -> Self {
-        let open = areas.total(areas.background());
-        let rows = 0..areas.background();
-        let covered: u64 = rows.chain([areas.wood()]).map(|row| u64::from(areas.total(row))).sum();
+    /// For views of `pixels` pixels in all, of which the full plant leaves `open` uncovered.
+    pub fn new(pixels: u64, open: u64) -> Self {
+        let covered = pixels - open.min(pixels);
         let pixels_per_step = (covered as f64 * FULL_PRICE_SHARE / STEPS as f64) as i64;
-        Self { open: open.into(), pixels_per_step: pixels_per_step.max(1) }
+        Self { open: open as i64, pixels_per_step: pixels_per_step.max(1) }
     }
 
     /// The price now: from `-STEPS` to `STEPS`.

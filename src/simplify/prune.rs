@@ -161,14 +161,14 @@ struct Helper {
 }
 
 impl Canvas {
-    fn new(layers: Vec<Layers>, leaves: usize, pixels: usize) -> Self {
+    fn new(layers: Vec<Layers>, dead: &[bool], pixels: usize) -> Self {
         let size = layers.len().div_ceil(rayon::current_num_threads().max(1)).max(1);
         let mut groups: Vec<Group> = Vec::new();
         for (view, layers) in layers.into_iter().enumerate() {
             if view % size == 0 {
                 let footprint = Footprint::new(pixels);
                 let (old, new) = (footprint.clone(), footprint);
-                let dead = vec![false; leaves];
+                let dead = dead.to_vec();
                 let (layers, gains) = (Vec::new(), Vec::new());
                 groups.push(Group { first_view: view, layers, dead, old, new, touched: 0, grown: 0, gains });
             }
@@ -240,10 +240,16 @@ pub struct Pruner<'a, C: Criterion + ?Sized> {
 }
 
 impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
-    /// All leaves live, `areas` and `criterion` as counted from `layers`.
-    pub fn new(scene: Scene<'a>, layers: Vec<Layers>, areas: Areas, criterion: Box<C>, enlarger: Enlarger) -> Self {
-        let canvas = Canvas::new(layers, areas.leaves, scene.views.pixels());
-        let price = Price::new(&areas);
+    /// `areas` and `criterion` as counted from `layers`, which show the leaves that `enlarger` still has.
+    pub fn new(
+        scene: Scene<'a>,
+        layers: Vec<Layers>,
+        areas: Areas,
+        price: Price,
+        criterion: Box<C>,
+        enlarger: Enlarger,
+    ) -> Self {
+        let canvas = Canvas::new(layers, &enlarger.dead, scene.views.pixels());
         Self { scene, canvas, areas, criterion, enlarger, price }
     }
 
@@ -294,11 +300,17 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         (score, growths[i])
     }
 
-    /// Prunes all leaves but one, in order. `advance` is told how many are gone and answers whether to go on.
+    /// Prunes leaves in order until `left` are left, at least one; appends to `prunes`. `advance` is told how many are gone
+    /// and answers whether to go on. Gives back the leaves that are left with their scales.
     ///
     /// # Errors
     /// [`Error::Interrupted`] when `advance` says no.
-    pub fn run(mut self, mut advance: impl FnMut(u64) -> bool) -> Result<Vec<Prune>> {
+    pub fn run(
+        mut self,
+        left: usize,
+        prunes: &mut Vec<Prune>,
+        mut advance: impl FnMut(u64) -> bool,
+    ) -> Result<Enlarger> {
         let scene = self.scene;
         std::thread::scope(|scope| {
             for _ in 1..self.canvas.groups.len() {
@@ -312,22 +324,22 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
                 });
                 self.canvas.helpers.push(Helper { to, from });
             }
-            let prunes = self.all(&mut advance);
+            let done = self.until(left, prunes, &mut advance);
             // Closes the channels, which ends the helpers.
             self.canvas.helpers.clear();
-            prunes
+            done.map(|()| self.enlarger)
         })
     }
 
-    fn all(&mut self, advance: &mut impl FnMut(u64) -> bool) -> Result<Vec<Prune>> {
-        let mut prunes = Vec::with_capacity(self.areas.leaves.saturating_sub(1));
-        while let Some(prune) = self.step() {
+    fn until(&mut self, left: usize, prunes: &mut Vec<Prune>, advance: &mut impl FnMut(u64) -> bool) -> Result<()> {
+        while self.areas.leaves - prunes.len() > left {
+            let Some(prune) = self.step() else { break };
             prunes.push(prune);
-            if prunes.len() % ADVANCE_STEPS == 0 && !advance(prunes.len() as u64) {
+            if prunes.len().is_multiple_of(ADVANCE_STEPS) && !advance(prunes.len() as u64) {
                 return Err(Error::Interrupted);
             }
         }
-        Ok(prunes)
+        Ok(())
     }
 }
 
@@ -417,7 +429,8 @@ mod tests {
         let criterion = vmi(&areas, &layers.iter().collect::<Vec<_>>());
         let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks, appearance: None };
         let enlarger = Enlarger::new(&plant, covered, Compensate::Nearest, 4.0);
-        let mut pruner = Pruner::new(scene, layers, areas, Box::new(criterion), enlarger);
+        let price = Price::new(1, 0);
+        let mut pruner = Pruner::new(scene, layers, areas, price, Box::new(criterion), enlarger);
         let mut steps = 0;
         while pruner.step().is_some() {
             steps += 1;

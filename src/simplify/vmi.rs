@@ -378,6 +378,10 @@ impl Criterion for Vmi {
         Some(Choice { leaf, error })
     }
 
+    fn retire(&mut self, leaf: u32) {
+        self.tournament.set(leaf, OUT);
+    }
+
     fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32) {
         self.step += 1;
         self.tournament.set(pruned, OUT);

@@ -49,13 +49,28 @@ pub struct View {
 /// `foliage-lod report`.
 #[derive(Parser)]
 pub struct Report {
-    /// The published experiments, repeated: three species against distance, forests, pictures.
-    #[arg(long, required = true)]
+    /// Plants to compare methods on: tree files, or names of embedded species.
+    #[arg(value_name = "PLANT", required_unless_present = "paper", conflicts_with = "paper")]
+    pub plants: Vec<String>,
+    /// The published experiments, repeated instead: three species against distance, forests, pictures.
+    #[arg(long)]
     pub paper: bool,
+    /// Levels of detail made by others, tree files from fine to coarse, to compare with.
+    #[arg(long, value_name = "LOD", num_args = 1.., conflicts_with = "paper")]
+    pub against: Vec<PathBuf>,
+    /// Shares of the leaves.
+    #[arg(long, value_delimiter = ',', value_parser = share, default_value = "0.8,0.5,0.3,0.15,0.05,0.01")]
+    pub levels: Vec<f64>,
+    /// Sides of the measured pictures, which the full plant fills; frames are timed at the first.
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(8..=2048), default_value = "256,64")]
+    pub pixels: Vec<u32>,
+    /// Only the four presets, without the variants of options.
+    #[arg(long)]
+    pub brief: bool,
     /// The folder to write into; made where it does not exist.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Width and height of a frame in pixels.
+    /// Width and height of a frame in pixels, with --paper.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "640x360")]
     pub size: [u32; 2],
     /// Leaves of each tree, for a quick look; the species' own number unless given.
@@ -95,6 +110,13 @@ pub struct Simplify {
     /// Largest linear scale that a leaf may reach.
     #[arg(long)]
     pub max_scale: Option<f32>,
+    /// Halve the resolution once leaves have grown: at 15 % of them, and again at 4 %. Faster, a little worse.
+    #[arg(long, num_args = 0..=1, default_missing_value = "true", value_name = "true|false")]
+    pub cascade: Option<bool>,
+    /// Tell how many leaves keep a bound: ssim=0.9@200 is a structural similarity of at least 0.9 at 200 pixels; rmse and
+    /// xor are at most.
+    #[arg(long, value_name = "MEASURE=BOUND@PIXELS")]
+    pub target: Option<String>,
     #[command(flatten)]
     pub import: Import,
     /// Where fragments are captured; auto takes a GPU where one answers.
@@ -199,9 +221,9 @@ pub struct Render {
 pub enum Preset {
     /// The method as published: vmi, nearest, 256 x 256.
     Paper,
-    /// Quick: vmi, silhouette, 128 x 128.
+    /// Quick: image, image, 128 x 128, cascade.
     Fast,
-    /// Better than the paper at little more time: vmi, image, 256 x 256.
+    /// Better than the paper at little more time: image, image, 256 x 256, cascade.
     Balanced,
     /// As good as it gets: image, image, 512 x 512.
     Best,
@@ -296,6 +318,7 @@ impl Simplify {
         options.views = self.views.unwrap_or(options.views);
         options.background &= !self.no_background;
         options.max_scale = self.max_scale.unwrap_or(options.max_scale);
+        options.cascade = self.cascade.unwrap_or(options.cascade);
         options.threads = self.threads;
         options
     }
@@ -310,6 +333,19 @@ impl Import {
         };
         ImportOptions { leaves: self.leaves.clone(), group }
     }
+}
+
+impl Report {
+    /// How many methods --against adds.
+    pub fn against_methods(&self) -> usize {
+        usize::from(!self.against.is_empty())
+    }
+}
+
+/// A share above 0, at most 1.
+fn share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|_| "write numbers such as 0.5,0.15")?;
+    if share > 0.0 && share <= 1.0 { Ok(share) } else { Err("a share of the leaves is above 0 and at most 1".into()) }
 }
 
 /// `WxH` as two numbers.

@@ -18,6 +18,7 @@ mod raster;
 mod render;
 mod report;
 mod simplify;
+mod study;
 #[cfg(feature = "viewer")]
 mod view;
 
@@ -41,7 +42,8 @@ fn run() -> Result<(), Failure> {
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Grow(args)) => grow::run(&args),
         Some(Command::Render(args)) => render::run(&args),
-        Some(Command::Report(args)) => report::run(&args),
+        Some(Command::Report(args)) if args.paper => report::run(&args),
+        Some(Command::Report(args)) => study::run(&args),
         #[cfg(feature = "viewer")]
         Some(Command::View(args)) => view::run(&args),
     }

@@ -9,9 +9,13 @@ use crate::{
     raster,
 };
 use foliage_lod::{
-    Error, file,
+    Error, Plant, file,
     import::{self, Imported},
     model::FoliageModel,
+    report::{
+        offline::peak_bytes,
+        target::{Reached, Target},
+    },
     simplify::{Simplified, simplify},
 };
 use serde_json::json;
@@ -26,6 +30,7 @@ const PICTURE_SIDE_PX: u32 = 768;
 pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     let options = args.options();
     options.validate()?;
+    let target = args.target.as_deref().map(str::parse::<Target>).transpose()?;
     check_outputs(args)?;
     let mut steps = Steps::new(args.json);
     let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &args.import.options()))?;
@@ -43,6 +48,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     if let Some(folder) = &args.pictures {
         draw_pictures(&model, folder, &mut steps)?;
     }
+    let reached = target.map(|target| reach(target, &plant, &model, &mut steps)).transpose()?;
     if args.json {
         let recipe = &model.recipe;
         output::line(json!({
@@ -57,6 +63,8 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
             "adapter": recipe.adapter,
             "fragments": fragments,
             "max_scale": model.max_scale,
+            "cascade": options.cascade,
+            "target_leaves": reached.map(|reached| reached.leaves),
             "seconds": {
                 "import": import_seconds,
                 "fragments": seconds.fragments,
@@ -64,11 +72,23 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
                 "write": write_seconds,
                 "total": steps.total_seconds(),
             },
-            "peak_bytes": output::peak_bytes(),
+            "peak_bytes": peak_bytes(),
             "model_bytes": bytes.len(),
         }))?;
     }
     Ok(())
+}
+
+/// Tells how many leaves keep the bound.
+fn reach(target: Target, plant: &Plant, model: &FoliageModel, steps: &mut Steps) -> Result<Reached, Failure> {
+    let reached = spinning("searching", || target.reach(plant, model.clone()))?;
+    let Reached { leaves, quality } = reached;
+    let share = 100.0 * f64::from(leaves) / plant.leaves.len() as f64;
+    let found = format!("SSIM {:.3}, RMSE {:.1}, XOR {:.2} %", quality.ssim, quality.rmse, 100.0 * quality.xor);
+    let missed = if target.holds(&quality) { "" } else { "; the bound is out of reach" };
+    let at = format!("at {} pixels", target.pixels);
+    steps.done("target", format!("{} leaves ({share:.1} %) keep it: {found} {at}{missed}", grouped(leaves)))?;
+    Ok(reached)
 }
 
 /// Refuses outputs that could not be written, before the work.

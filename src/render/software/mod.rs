@@ -48,11 +48,22 @@ pub struct DrawOptions {
     pub background: Background,
     /// Trunk and branches are drawn.
     pub wood: bool,
+    /// Shaded colours of leaves are drawn to a mean.
+    pub tone: Option<Tone>,
+}
+
+/// How leaves keep less of their contrast (see [`contrast`](crate::stochastic::contrast)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tone {
+    /// Share of a colour's distance from the mean that stays: 0 to 1.
+    pub kept: f32,
+    /// Mean shaded colour of the leaves, linear.
+    pub mean: [f32; 3],
 }
 
 impl Default for DrawOptions {
     fn default() -> Self {
-        Self { background: Background::Sky, wood: true }
+        Self { background: Background::Sky, wood: true, tone: None }
     }
 }
 
@@ -220,6 +231,7 @@ impl<'a> Painter<'a> {
             mips: &self.mips,
             srgb: &self.srgb,
             lights: &lights,
+            tone: options.tone,
         };
         let columns = size[0].div_ceil(TILE_PX);
         let bins = bin(&projected, size, columns);

@@ -4,13 +4,17 @@
 //! is skipped at once; a masked texture is looked up for each sample that is still open. Colour is computed once for each
 //! triangle that a pixel sees, at the middle of the samples it has there.
 
-use super::project::{Projected, STEPS_PER_PIXEL, ScreenTriangle, twice_area};
+use super::{
+    Tone,
+    project::{Projected, STEPS_PER_PIXEL, ScreenTriangle, twice_area},
+};
 use crate::{
     material::Material,
     render::{
         light::Light,
         mips::{Mips, SrgbTable},
     },
+    stochastic::contrast::toned,
 };
 use glam::Vec3;
 
@@ -31,6 +35,7 @@ pub(super) struct Scene<'a> {
     pub(super) srgb: &'a SrgbTable,
     /// One for each plant.
     pub(super) lights: &'a [Light],
+    pub(super) tone: Option<Tone>,
 }
 
 /// What the samples of one tile see.
@@ -203,7 +208,12 @@ impl Tile {
         let two_sided = triangle.is_leaf || material.is_some_and(|material| material.double_sided);
         let normal = mix(&|i| corners[i].normal);
         let light = &scene.lights[triangle.plant as usize];
-        light.reflected(base * texel * factor, normal, mix(&|i| corners[i].from_eye), triangle.is_leaf, two_sided)
+        let from_eye = mix(&|i| corners[i].from_eye);
+        let color = light.reflected(base * texel * factor, normal, from_eye, triangle.is_leaf, two_sided);
+        match scene.tone {
+            Some(tone) if triangle.is_leaf => toned(color.into(), tone.mean, tone.kept).into(),
+            _ => color,
+        }
     }
 }
 

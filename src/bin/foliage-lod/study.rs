@@ -1,0 +1,203 @@
+//! `foliage-lod report PLANT...`: what accuracy costs in time, as one page.
+
+use crate::{
+    args,
+    failure::Failure,
+    interrupt,
+    output::{self, Steps, grouped},
+    progress::{Bars, spinning},
+};
+use foliage_lod::{
+    Error, Plant, Result,
+    file::{check_writable, write_whole},
+    grow::{GrowOptions, Species, grow},
+    import::{self, ImportOptions},
+    render::device::{GpuDevice, GpuOptions},
+    report::{
+        Method, Study, StudyOptions,
+        offline::{self, OfflineRow},
+        page::{self, PlantReport},
+        study::Row,
+    },
+    simplify::raster::CpuFragments,
+    stochastic::{AreaRule, Stochastic, order::shuffled},
+};
+use serde_json::{Value, json};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// Seed of all random orders.
+const SEED: u64 = 1;
+/// Methods of which pictures are shown, besides the presets and what is compared on request.
+const SHOWN: [&str; 2] = ["random", "cook"];
+
+/// Runs the subcommand.
+pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
+    let folder = &args.output;
+    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
+    check_writable(folder.join("report.html"))?;
+    let options = StudyOptions { sizes: args.pixels.clone(), levels: args.levels.clone(), ..StudyOptions::default() };
+    // Frames are timed where a device answers; the rest needs none.
+    let gpu = GpuDevice::new(&GpuOptions::from_env()).ok();
+    let mut steps = Steps::new(args.json);
+    let mut reports = Vec::new();
+    for name in &args.plants {
+        let plant = load(name, args, &mut steps)?;
+        reports.push(study(&plant, args, &options, gpu.as_ref(), &mut steps)?);
+    }
+    let adapter = gpu.as_ref().map(GpuDevice::adapter_name);
+    let adapter = adapter.as_deref();
+    write(&reports, adapter, folder)?;
+    steps.done("write", format!("report.html, report.csv, report.json in {}", folder.display()))?;
+    if args.json {
+        output::line(json(&reports, adapter))?;
+    }
+    Ok(())
+}
+
+/// An embedded species by its name, or a file.
+fn load(name: &str, args: &args::Report, steps: &mut Steps) -> std::result::Result<Plant, Failure> {
+    let plant = match Species::embedded(name) {
+        Ok(species) => {
+            let options = GrowOptions { leaves: args.leaves, ..GrowOptions::default() };
+            spinning("growing", || grow(&species, &options))?
+        }
+        Err(_) => spinning("reading", || import::load(Path::new(name), &ImportOptions::default()))?.plant,
+    };
+    steps.done("read", format!("{}: {} leaves", plant.name, grouped(plant.leaves.len() as u64)))?;
+    Ok(plant)
+}
+
+fn study(
+    plant: &Plant,
+    args: &args::Report,
+    options: &StudyOptions,
+    gpu: Option<&GpuDevice>,
+    steps: &mut Steps,
+) -> std::result::Result<PlantReport, Failure> {
+    let study = spinning("drawing", || Study::new(plant, options))?;
+    let mut offline = Vec::new();
+    let mut methods = Vec::new();
+    for preset in offline::presets() {
+        let (row, method) = offline::measure(plant, &study, &preset, &mut CpuFragments::new(), &mut Bars::new())?;
+        tell_model(&row, steps)?;
+        offline.push(row);
+        methods.push(method);
+    }
+    if !args.brief {
+        for variant in offline::variants() {
+            let (row, _) = offline::measure(plant, &study, &variant, &mut CpuFragments::new(), &mut Bars::new())?;
+            tell_model(&row, steps)?;
+            offline.push(row);
+        }
+    }
+    let presets = methods.len();
+    methods.extend(spinning("shuffling", || peers(plant, args, options, &study))?);
+    let (mut rows, mut shown) = (Vec::new(), Vec::new());
+    for (number, method) in methods.iter().enumerate() {
+        let of_method = spinning(&format!("measuring {}", method.name), || study.rows(method, gpu))?;
+        let is_shown = number < presets
+            || SHOWN.contains(&method.name.as_str())
+            || number >= methods.len() - args.against_methods();
+        if is_shown {
+            shown.extend(study.shown(method)?);
+        }
+        tell_rows(method, &of_method, steps)?;
+        rows.extend(of_method);
+        interrupt::check()?;
+    }
+    let full = study.full_shown()?;
+    Ok(PlantReport { plant: plant.name.clone(), leaves: plant.leaves.len() as u32, rows, offline, full, shown })
+}
+
+/// What the presets are compared with; the chain that was given comes last.
+fn peers(plant: &Plant, args: &args::Report, options: &StudyOptions, study: &Study<'_>) -> Result<Vec<Method>> {
+    let stochastic = Stochastic::new(plant, SEED, &mut CpuFragments::new())?;
+    let cook = |name, area, mean| Method::stochastic(name, stochastic.clone(), area, mean);
+    let mut methods = vec![
+        Method::of_model("random", shuffled(plant, SEED)?),
+        cook("cook", AreaRule::Visible, Some(study.mean_shaded()?)),
+        cook("cook, no contrast", AreaRule::Visible, None),
+        cook("gomez, linear 1/lambda", AreaRule::Linear, None),
+    ];
+    #[cfg(feature = "peers")]
+    methods.extend(foliage_lod::report::peers::meshoptimizer(plant, &options.levels));
+    #[cfg(not(feature = "peers"))]
+    let _ = options;
+    if !args.against.is_empty() {
+        let triangles = plant.leaf_triangles().max(1) as f64;
+        let load = |path: &PathBuf| {
+            let level = import::load(path, &ImportOptions::default())?.plant;
+            Ok((level.leaf_triangles() as f64 / triangles, Arc::new(level)))
+        };
+        methods.push(Method::given("against", args.against.iter().map(load).collect::<Result<_>>()?));
+    }
+    Ok(methods)
+}
+
+fn tell_model(row: &OfflineRow, steps: &mut Steps) -> std::result::Result<(), Failure> {
+    let OfflineRow { preset, criterion, compensate, resolution, views, .. } = row;
+    let cascade = if row.cascade { ", cascade" } else { "" };
+    let what = format!("{preset}: {criterion}, {compensate}, {views} views of {resolution} x {resolution}{cascade}");
+    steps.done("simplify", format!("{what}; RMSE {:.1} with 15 %", row.quality.rmse))?;
+    Ok(())
+}
+
+fn tell_rows(method: &Method, rows: &[Row], steps: &mut Steps) -> std::result::Result<(), Failure> {
+    let largest = rows.iter().map(|row| row.pixels).max();
+    let told = rows.iter().filter(|row| Some(row.pixels) == largest);
+    let told: Vec<String> = told.map(|row| format!("{:.0} % {:.1}", 100.0 * row.level, row.quality.rmse)).collect();
+    steps.done("measure", format!("{}: RMSE {}", method.name, told.join(", ")))?;
+    Ok(())
+}
+
+fn write(reports: &[PlantReport], adapter: Option<&str>, folder: &Path) -> Result<()> {
+    write_whole(folder.join("report.csv"), page::csv(reports).as_bytes())?;
+    write_whole(folder.join("report.json"), json(reports, adapter).to_string().as_bytes())?;
+    write_whole(folder.join("report.html"), page::html(reports, adapter)?.as_bytes())
+}
+
+/// Numbers that were not measured become null.
+fn json(reports: &[PlantReport], adapter: Option<&str>) -> Value {
+    let rows: Vec<Value> = reports.iter().flat_map(|report| &report.rows).map(json_row).collect();
+    let offline: Vec<Value> = reports.iter().flat_map(|report| &report.offline).map(json_offline).collect();
+    json!({ "adapter": adapter, "rows": rows, "offline": offline })
+}
+
+fn json_row(row: &Row) -> Value {
+    let quality = &row.quality;
+    json!({
+        "plant": row.plant,
+        "method": row.method,
+        "level": row.level,
+        "leaves": row.leaves,
+        "pixels": row.pixels,
+        "rmse": quality.rmse,
+        "ssim": quality.ssim,
+        "flip": quality.flip,
+        "coverage": quality.coverage,
+        "xor": quality.xor,
+        "frame_seconds": row.frame_seconds,
+        "extraction_seconds": row.extraction_seconds,
+    })
+}
+
+fn json_offline(row: &OfflineRow) -> Value {
+    json!({
+        "plant": row.plant,
+        "preset": row.preset,
+        "resolution": row.resolution,
+        "views": row.views,
+        "criterion": row.criterion,
+        "compensate": row.compensate,
+        "cascade": row.cascade,
+        "seconds": row.seconds,
+        "peak_bytes": row.peak_bytes,
+        "rmse": row.quality.rmse,
+        "ssim": row.quality.ssim,
+        "coverage": row.quality.coverage,
+        "xor": row.quality.xor,
+    })
+}

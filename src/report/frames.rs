@@ -1,0 +1,97 @@
+//! How long frames and extraction take.
+
+use super::method::Reduced;
+use crate::{
+    Result,
+    extract::Swap,
+    model::FoliageModel,
+    render::{
+        camera::Camera,
+        device::GpuDevice,
+        foliage::{FoliageRenderer, Instance, ModelId},
+        offscreen::{Offscreen, TARGET},
+    },
+    stochastic::order::shuffled,
+};
+use glam::DAffine3;
+use std::time::Instant;
+
+/// Repetitions of an extraction, of which the median counts.
+const EXTRACTIONS: usize = 21;
+
+/// Times frames on one device.
+pub struct FrameTimes<'a> {
+    gpu: &'a GpuDevice,
+    target: Offscreen,
+    foliage: FoliageRenderer,
+    /// The model that was added last, by its address and leaf count: prefixes of one model share its buffers.
+    added: Option<(*const FoliageModel, ModelId)>,
+}
+
+impl<'a> FrameTimes<'a> {
+    /// For square frames.
+    ///
+    /// # Errors
+    /// Those of [`Offscreen::new`].
+    pub fn new(gpu: &'a GpuDevice, side: u32) -> Result<Self> {
+        let target = Offscreen::new(gpu, [side; 2])?;
+        Ok(Self { gpu, target, foliage: FoliageRenderer::new(gpu.device(), TARGET), added: None })
+    }
+
+    /// Median time of a frame from each camera, in seconds, after one that warms up; NaN for a plant without leaves.
+    ///
+    /// # Errors
+    /// Those of the device, and of models that do not fit it.
+    pub fn median(&mut self, reduced: &Reduced<'_>, cameras: &[Camera]) -> Result<f64> {
+        let (model, active) = match reduced {
+            Reduced::Whole(plant) if plant.leaves.is_empty() => return Ok(f64::NAN),
+            Reduced::Prefix(model, count) => (self.add(model)?, *count),
+            Reduced::Whole(plant) => (self.add_new(&shuffled(plant, 0)?)?, plant.leaves.len() as u32),
+        };
+        let world_from_plant = DAffine3::IDENTITY;
+        let instance = Instance { model, world_from_plant, active: active as f32, window: 1.0, scales: None };
+        let mut times = Vec::new();
+        for camera in cameras.iter().take(1).chain(cameras) {
+            let started = Instant::now();
+            self.foliage.prepare(self.gpu.device(), self.gpu.queue(), camera, &[instance])?;
+            self.target.draw(&self.foliage)?;
+            times.push(started.elapsed().as_secs_f64());
+        }
+        Ok(median(&mut times[1..]))
+    }
+
+    fn add(&mut self, model: &FoliageModel) -> Result<ModelId> {
+        match self.added {
+            Some((added, id)) if std::ptr::eq(added, model) => Ok(id),
+            _ => {
+                let id = self.add_new(model)?;
+                self.added = Some((model, id));
+                Ok(id)
+            }
+        }
+    }
+
+    fn add_new(&mut self, model: &FoliageModel) -> Result<ModelId> {
+        self.foliage = FoliageRenderer::new(self.gpu.device(), TARGET);
+        self.added = None;
+        self.foliage.add_model(self.gpu.device(), self.gpu.queue(), model)
+    }
+}
+
+/// Median time of walking from all leaves to `count`, in seconds.
+pub fn extraction_seconds(model: &FoliageModel, count: u32) -> f64 {
+    let mut swap = Swap::new(model);
+    let mut times = [0.0; EXTRACTIONS];
+    for time in &mut times {
+        swap.set_active(model.leaves.len() as u32);
+        let started = Instant::now();
+        swap.set_active(count);
+        *time = started.elapsed().as_secs_f64();
+    }
+    median(&mut times)
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_unstable_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
+}

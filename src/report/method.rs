@@ -1,0 +1,177 @@
+//! What is compared: ways to draw a plant with a part of its leaves.
+
+use crate::{
+    Plant, Result,
+    model::FoliageModel,
+    render::{
+        image::Image,
+        software::{DrawList, DrawOptions, Painter, Tone},
+    },
+    stochastic::{AreaRule, Stochastic, contrast, lambda},
+};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// A way to draw a plant with a part of its leaves.
+pub struct Method {
+    /// Name in tables.
+    pub name: String,
+    kind: Kind,
+}
+
+enum Kind {
+    /// Prefixes of a model.
+    Prefix(FoliageModel),
+    /// Prefixes of a random order, all leaves scaled alike.
+    Stochastic {
+        plant: Stochastic,
+        area: AreaRule,
+        /// Mean shaded colour, where contrast is reduced.
+        mean: Option<[f32; 3]>,
+    },
+    /// One plant for each level.
+    Given(Vec<(f64, Arc<Plant>)>),
+}
+
+/// A plant with a part of its leaves.
+pub enum Reduced<'a> {
+    /// The first leaves of a model.
+    Prefix(&'a FoliageModel, u32),
+    /// A plant of its own.
+    Whole(Arc<Plant>),
+}
+
+/// What a method gives at a level.
+pub struct Sample<'a> {
+    /// What to draw.
+    pub reduced: Reduced<'a>,
+    /// How its leaves are toned.
+    pub tone: Option<Tone>,
+}
+
+impl Method {
+    /// A model's prefixes.
+    pub fn of_model(name: &str, model: FoliageModel) -> Self {
+        Self { name: name.into(), kind: Kind::Prefix(model) }
+    }
+
+    /// Cook et al.'s: `area` for all leaves, and contrast where their `mean` shaded colour is given.
+    pub fn stochastic(name: &str, plant: Stochastic, area: AreaRule, mean: Option<[f32; 3]>) -> Self {
+        Self { name: name.into(), kind: Kind::Stochastic { plant, area, mean } }
+    }
+
+    /// Plants that are there as they are, each with its share of the full plant's leaf triangles.
+    pub fn given(name: &str, plants: Vec<(f64, Arc<Plant>)>) -> Self {
+        Self { name: name.into(), kind: Kind::Given(plants) }
+    }
+
+    /// The model, where the method is one whose prefixes are drawn.
+    pub fn model(&self) -> Option<&FoliageModel> {
+        match &self.kind {
+            Kind::Prefix(model) => Some(model),
+            _ => None,
+        }
+    }
+
+    /// The levels at which it is measured: `wanted`, or its own.
+    pub fn levels(&self, wanted: &[f64]) -> Vec<f64> {
+        match &self.kind {
+            Kind::Given(plants) => plants.iter().map(|&(level, _)| level).collect(),
+            _ => wanted.to_vec(),
+        }
+    }
+
+    /// The plant with a share `level` of its leaves, 0 to 1, at least one.
+    pub fn at(&self, level: f64) -> Sample<'_> {
+        match &self.kind {
+            Kind::Prefix(model) => Sample { reduced: Reduced::Prefix(model, count(model, level)), tone: None },
+            Kind::Stochastic { plant, area, mean } => {
+                let scale = area.linear_scale(level, plant.visible_share);
+                let whole = scaled_prefix(&plant.model, count(&plant.model, level) as usize, scale as f32);
+                let kept = contrast::kept(lambda::floored(level)) as f32;
+                Sample { reduced: Reduced::Whole(whole.into()), tone: mean.map(|mean| Tone { kept, mean }) }
+            }
+            Kind::Given(plants) => {
+                let nearest = plants.iter().min_by(|a, b| (a.0 - level).abs().total_cmp(&(b.0 - level).abs()));
+                let whole = nearest.map_or_else(Default::default, |(_, plant)| plant.clone());
+                Sample { reduced: Reduced::Whole(whole), tone: None }
+            }
+        }
+    }
+}
+
+impl Reduced<'_> {
+    /// Leaves that are drawn.
+    pub fn leaves(&self) -> u32 {
+        match self {
+            Self::Prefix(_, count) => *count,
+            Self::Whole(plant) => plant.leaves.len() as u32,
+        }
+    }
+
+    /// What the software renderer draws.
+    pub fn draw_list(&self) -> DrawList<'_> {
+        match self {
+            Self::Prefix(model, count) => DrawList::of_model(model, *count as usize),
+            Self::Whole(plant) => DrawList::of_plant(plant),
+        }
+    }
+
+    /// A painter with its textures.
+    ///
+    /// # Errors
+    /// Those of [`Painter::new`].
+    pub fn painter(&self) -> Result<Painter<'_>> {
+        match self {
+            Self::Prefix(model, _) => Painter::new(&model.materials, &model.textures),
+            Self::Whole(plant) => Painter::new(&plant.materials, &plant.textures),
+        }
+    }
+}
+
+fn count(model: &FoliageModel, level: f64) -> u32 {
+    crate::extract::leaf_count(level as f32, model.leaves.len() as u32, 1)
+}
+
+/// The first `count` leaves of a model as a plant, each scaled about its pivot.
+fn scaled_prefix(model: &FoliageModel, count: usize, scale: f32) -> Plant {
+    let mut plant = Plant {
+        name: model.name.clone(),
+        wood: model.wood.clone(),
+        materials: model.materials.clone(),
+        textures: model.textures.clone(),
+        ..Plant::default()
+    };
+    for leaf in model.leaves.iter().take(count) {
+        let pivot = Vec3::from(leaf.pivot);
+        let [first, end] = leaf.vertices.map(|vertex| vertex as usize);
+        let mut vertices = model.vertices[first..end].to_vec();
+        for vertex in &mut vertices {
+            vertex.position = (pivot + (Vec3::from(vertex.position) - pivot) * scale).to_array();
+        }
+        let indices = &model.indices[leaf.indices[0] as usize..leaf.indices[1] as usize];
+        let own: Vec<u32> = indices.iter().map(|index| index - leaf.vertices[0]).collect();
+        plant.push_leaf(&vertices, &own, leaf.pivot, leaf.material);
+    }
+    plant
+}
+
+/// The mean colour of what pictures with alpha show, linear: of a plant's leaves, once light has reached them.
+pub fn mean_shaded(pictures: &[Image]) -> [f32; 3] {
+    let linear = |byte: u8| {
+        let c = f64::from(byte) / 255.0;
+        if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    };
+    let (mut sum, mut weight) = ([0.0; 3], 0.0);
+    for pixel in pictures.iter().flat_map(|picture| picture.rgba.chunks_exact(4)) {
+        let alpha = f64::from(pixel[3]) / 255.0;
+        (0..3).for_each(|i| sum[i] += linear(pixel[i]) * alpha);
+        weight += alpha;
+    }
+    sum.map(|channel| (channel / f64::max(weight, f64::MIN_POSITIVE)) as f32)
+}
+
+/// Options for pictures that are measured.
+pub fn measured(tone: Option<Tone>) -> DrawOptions {
+    DrawOptions { background: crate::render::software::Background::Transparent, wood: true, tone }
+}
