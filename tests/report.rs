@@ -62,7 +62,7 @@ fn without_an_adapter_the_report_says_what_it_needs() {
 
 fn study(folder: &Path, more: &[&str]) -> std::process::Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
-    command.args(["report", "betula-populifolia", "--leaves", "60", "--levels", "0.5,0.1", "--pixels", "32"]);
+    command.args(["report", "betula-populifolia", "--leaves", "400", "--levels", "0.5,0.1", "--pixels", "48"]);
     command.args(["--json", "-o"]).arg(folder).args(more).output().unwrap()
 }
 
@@ -71,7 +71,7 @@ fn a_plants_report_is_one_page_with_every_method_at_every_level() {
     let folder = tempfile::tempdir().unwrap();
     let glb = folder.path().join("lod.glb");
     let mut grow = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
-    assert!(grow.args(["grow", "betula-populifolia", "--leaves", "30", "-o"]).arg(&glb).status().unwrap().success());
+    assert!(grow.args(["grow", "betula-populifolia", "--leaves", "200", "-o"]).arg(&glb).status().unwrap().success());
     let output = study(folder.path(), &["--against", glb.to_str().unwrap()]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
