@@ -45,6 +45,8 @@ pub mod material;
 pub mod plant;
 #[cfg(feature = "simplify")]
 mod random;
+#[cfg(any(feature = "simplify", feature = "render"))]
+mod srgb;
 
 #[cfg(feature = "simplify")]
 pub mod grow;

@@ -7,14 +7,17 @@
 //!
 //! Limits: a texture whose side is not a power of two loses its last row or column at each odd level.
 
-use crate::material::{Pixels, Wrap};
+use crate::{
+    material::{Pixels, Wrap},
+    srgb::{encoded, linear_bytes},
+};
 
 /// Linear values of the 256 sRGB bytes.
 pub(super) struct SrgbTable([f32; 256]);
 
 impl SrgbTable {
     pub(super) fn new() -> Self {
-        Self(std::array::from_fn(|byte| linear_from_srgb(byte as f32 / 255.0)))
+        Self(linear_bytes())
     }
 
     fn linear(&self, byte: u8) -> f32 {
@@ -26,15 +29,9 @@ impl SrgbTable {
     }
 }
 
-fn linear_from_srgb(s: f32) -> f32 {
-    if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
-}
-
 /// The sRGB byte of a linear value; values outside 0..1 are clipped.
 pub(super) fn srgb_from_linear(linear: f32) -> u8 {
-    let c = linear.clamp(0.0, 1.0);
-    let s = if c <= 0.0031308 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
-    (s * 255.0 + 0.5) as u8
+    (encoded(linear) * 255.0 + 0.5) as u8
 }
 
 /// One material's texture: all levels, the full one first, each half as large as the one before, down to 1 x 1.

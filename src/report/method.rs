@@ -7,6 +7,7 @@ use crate::{
         image::Image,
         software::{DrawList, DrawOptions, Painter, Tone},
     },
+    srgb::linear_bytes,
     stochastic::{AreaRule, Stochastic, contrast, lambda},
 };
 use glam::Vec3;
@@ -158,14 +159,11 @@ fn scaled_prefix(model: &FoliageModel, count: usize, scale: f32) -> Plant {
 
 /// The mean colour of what pictures with alpha show, linear: of a plant's leaves, once light has reached them.
 pub fn mean_shaded(pictures: &[Image]) -> [f32; 3] {
-    let linear = |byte: u8| {
-        let c = f64::from(byte) / 255.0;
-        if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-    };
+    let linear = linear_bytes().map(f64::from);
     let (mut sum, mut weight) = ([0.0; 3], 0.0);
     for pixel in pictures.iter().flat_map(|picture| picture.rgba.chunks_exact(4)) {
         let alpha = f64::from(pixel[3]) / 255.0;
-        (0..3).for_each(|i| sum[i] += linear(pixel[i]) * alpha);
+        (0..3).for_each(|i| sum[i] += linear[pixel[i] as usize] * alpha);
         weight += alpha;
     }
     sum.map(|channel| (channel / f64::max(weight, f64::MIN_POSITIVE)) as f32)

@@ -25,6 +25,7 @@ use crate::{
     leaf::Vertex,
     material::{Material, Pixels, Texture, Wrap},
     plant::Plant,
+    srgb::{encoded, linear_bytes},
 };
 use glam::{DVec3, Vec2, Vec3};
 
@@ -174,7 +175,7 @@ struct Sampler<'a> {
     materials: &'a [Material],
     textures: Vec<Option<Pixels>>,
     /// Linear value of each sRGB byte.
-    decoded: Vec<f32>,
+    decoded: [f32; 256],
 }
 
 impl<'a> Sampler<'a> {
@@ -184,7 +185,7 @@ impl<'a> Sampler<'a> {
         Ok(Self {
             materials: &plant.materials,
             textures: plant.textures.iter().enumerate().map(decode).collect::<Result<_>>()?,
-            decoded: (0..=255_u8).map(|byte| linear(f32::from(byte) / 255.0)).collect(),
+            decoded: linear_bytes(),
         })
     }
 
@@ -244,15 +245,6 @@ fn cell(coordinate: f32, size: u32, wrap: Wrap) -> usize {
         Wrap::Mirror => 1.0 - ((coordinate * 0.5 - (coordinate * 0.5).floor()) * 2.0 - 1.0).abs(),
     };
     ((at * size as f32) as usize).min(size as usize - 1)
-}
-
-fn encoded(linear: f32) -> f32 {
-    let c = linear.clamp(0.0, 1.0);
-    if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * libm::powf(c, 1.0 / 2.4) - 0.055 }
-}
-
-fn linear(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { libm::powf((encoded + 0.055) / 1.055, 2.4) }
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@
 //! area instead blows up plants whose leaves hide each other (outline +76 % with 15 % of `CommonTree_1`'s leaves; +6 %
 //! with the share), and is slower, since leaves grow larger than needed.
 //!
-//! `silhouette` and `image` (ours) let the views decide: each of the [`CANDIDATES`] nearest leaves is tried with all of the
+//! `silhouette` and `image` (ours) let the views decide: each of the 8 nearest leaves is tried with all of the
 //! pruned leaf's current area added; the one that brings the views closest to those of the full plant, as
 //! [`appearance`](super::appearance) compares them and [`price`](super::price) values coverage, is for `image` also tried
 //! with a quarter, half, twice and four times that; and the best of all grows, or nothing where nothing gains. (Trying every

@@ -59,8 +59,7 @@ fn encoded(name: &str, color: image::ColorType, [width, height]: [u32; 2], texel
 
 /// Linear value of an 8-bit sRGB one (IEC 61966-2-1).
 pub(super) fn linear(srgb: u8) -> f32 {
-    let value = f32::from(srgb) / 255.0;
-    if value <= 0.04045 { value / 12.92 } else { libm::powf((value + 0.055) / 1.055, 2.4) }
+    crate::srgb::linear(f32::from(srgb) / 255.0)
 }
 
 /// sRGB bytes as floats from 0 to 1.
