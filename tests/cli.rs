@@ -295,3 +295,20 @@ fn without_arguments_the_oak_is_grown_simplified_and_drawn() {
     let model = foliage_lod::model::FoliageModel::read(folder.path().join("foliage-lod-out/english-oak.vds")).unwrap();
     assert_eq!(model.leaves.len(), 20_146);
 }
+
+#[test]
+fn every_preset_names_itself_in_the_model_and_a_target_tells_its_leaves() {
+    let folder = folder_with_tree(60);
+    for (preset, criterion, resolution) in
+        [("paper", "vmi", 256), ("fast", "image", 128), ("balanced", "image", 256), ("best", "image", 512)]
+    {
+        let arguments = ["simplify", "tree.glb", "-o", "a.vds", "--preset", preset, "--raster", "cpu", "--json"];
+        let told = json(&run(&folder, &[&arguments[..], &["--target", "xor=0.3@32"]].concat()));
+        assert_eq!([&told["preset"], &told["criterion"]], [preset, criterion]);
+        assert_eq!(told["resolution"], resolution);
+        assert!((1..=60).contains(&told["target_leaves"].as_u64().unwrap()), "{told}");
+    }
+    let refused = run(&folder, &["simplify", "tree.glb", "-o", "b.vds", "--target", "psnr=30@64"]);
+    assert!(error_line(&refused, 2).contains("such as ssim=0.9@200"));
+    assert_eq!(names(&folder), ["a.vds", "tree.glb"]);
+}

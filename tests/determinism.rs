@@ -6,12 +6,16 @@ use common::plants::{self, Random};
 use foliage_lod::{
     Plant,
     model::FoliageModel,
-    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    simplify::{Compensate, Quiet, SimplifyOptions, raster::CpuFragments, simplify},
 };
 
-fn model(plant: &Plant, threads: usize) -> FoliageModel {
-    let options = SimplifyOptions { resolution: 64, threads, ..SimplifyOptions::paper() };
+fn model_by(plant: &Plant, threads: usize, options: &SimplifyOptions) -> FoliageModel {
+    let options = SimplifyOptions { resolution: 64, threads, ..options.clone() };
     simplify(plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model
+}
+
+fn model(plant: &Plant, threads: usize) -> FoliageModel {
+    model_by(plant, threads, &SimplifyOptions::paper())
 }
 
 fn bytes(plant: &Plant, threads: usize) -> Vec<u8> {
@@ -36,6 +40,20 @@ fn models_are_equal_for_any_number_of_threads_and_every_run() {
         let expected = bytes(&plant, 1);
         for threads in [1, 2, 3, 0] {
             assert!(bytes(&plant, threads) == expected, "{} with {threads} threads", plant.name);
+        }
+    }
+}
+
+#[test]
+fn models_judged_by_pictures_are_equal_for_any_number_of_threads() {
+    let by_silhouette = SimplifyOptions { compensate: Compensate::Silhouette, ..SimplifyOptions::paper() };
+    for options in [SimplifyOptions::balanced(), SimplifyOptions::best(), by_silhouette] {
+        for plant in all_plants() {
+            let expected = model_by(&plant, 1, &options);
+            for threads in [2, 3] {
+                let found = model_by(&plant, threads, &options);
+                assert!(found == expected, "{} by {} with {threads} threads", plant.name, options.preset);
+            }
         }
     }
 }
