@@ -15,10 +15,13 @@ use foliage_lod::{
 fn models_from_gpu_and_cpu_fragments_differ_in_their_recipe_alone() {
     let Some(gpu) = gpu() else { return };
     let mut source = GpuFragments::new(&gpu).unwrap();
-    let options = SimplifyOptions { resolution: 96, ..SimplifyOptions::paper() };
-    for plant in [plants::masked(300, 31), plants::with_wood(300, 32), plants::bent(300, 33)] {
-        let mut drawn = simplify(&plant, &options, &mut source, &mut Quiet).unwrap().model;
-        let computed = simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
+    // `balanced` captures grown leaves too, at lower resolutions.
+    let presets = [SimplifyOptions::paper(), SimplifyOptions::balanced()];
+    let plants = [plants::masked(300, 31), plants::with_wood(300, 32), plants::bent(300, 33)];
+    for (options, plant) in presets.iter().flat_map(|options| plants.iter().map(move |plant| (options, plant))) {
+        let options = SimplifyOptions { resolution: 96, ..options.clone() };
+        let mut drawn = simplify(plant, &options, &mut source, &mut Quiet).unwrap().model;
+        let computed = simplify(plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
         assert_eq!((drawn.recipe.raster.as_str(), drawn.recipe.adapter.clone()), ("gpu", Some(gpu.adapter_name())));
         assert_eq!((computed.recipe.raster.as_str(), &computed.recipe.adapter), ("cpu", &None));
         drawn.recipe = computed.recipe.clone();
