@@ -91,7 +91,8 @@ pub fn extraction_seconds(model: &FoliageModel, count: u32) -> f64 {
     median(&mut times)
 }
 
-fn median(times: &mut [f64]) -> f64 {
+/// The middle one of several times; NaN for none.
+pub(super) fn median(times: &mut [f64]) -> f64 {
     times.sort_unstable_by(f64::total_cmp);
     times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
 }

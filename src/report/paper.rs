@@ -13,7 +13,10 @@
 //!
 //! Limits: times are those of whatever adapter answers, and on a software one those of the CPU.
 
-use super::plot::{Line, Plot};
+use super::{
+    frames::median,
+    plot::{Line, Plot},
+};
 use crate::{
     Result,
     extract::{
@@ -355,9 +358,4 @@ fn extraction_us(swap: &mut Swap, n: u32) -> f64 {
         *time = started.elapsed().as_secs_f64() * 1e6;
     }
     median(&mut times)
-}
-
-fn median(times: &mut [f64]) -> f64 {
-    times.sort_unstable_by(f64::total_cmp);
-    times[times.len() / 2]
 }
