@@ -59,8 +59,7 @@ fn bench(criterion: &mut Criterion, gpu: &GpuDevice, model: &FoliageModel, share
     let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
     let camera = Camera::framing(&model.sphere(), DVec3::new(0.4, 0.2, 1.0), 0.8, 1.0).with_aspect(aspect);
     let mut frame = |scales| {
-        let world_from_plant = DAffine3::IDENTITY;
-        let instance = Instance { model: id, world_from_plant, active, window: 1.0, scales };
+        let instance = Instance { scales, ..Instance::new(id, DAffine3::IDENTITY, active) };
         let started = Instant::now();
         foliage.prepare(gpu.device(), gpu.queue(), &camera, &[instance]).expect("one plant fits");
         target.draw(&foliage).expect("the device answers");

@@ -93,12 +93,9 @@ impl Stage for Forest {
         // Which trees are in view, and how many leaves each of them draws.
         self.grove.select(&camera.viewer(size[1] as f32), &mut self.active);
         self.instances.clear();
-        self.instances.extend(self.active.iter().map(|active| Instance {
-            model: self.model,
-            world_from_plant: self.placements[active.instance as usize].world_from_plant,
-            active: active.count,
-            window: Transition::SMOOTH_WINDOW,
-            scales: None,
+        self.instances.extend(self.active.iter().map(|active| {
+            let place = self.placements[active.instance as usize].world_from_plant;
+            Instance { window: Transition::SMOOTH_WINDOW, ..Instance::new(self.model, place, active.count) }
         }));
         self.prepared = self.foliage.prepare(gpu.device(), gpu.queue(), &camera, &self.instances)?;
         Ok(())

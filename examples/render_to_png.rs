@@ -28,12 +28,10 @@ fn main() -> foliage_lod::Result<()> {
 
     // Each frame: three trees beside each other, with all, a third and a tenth of their leaves.
     let sphere = model.sphere();
-    let instances = [(-2.0, 1.0), (0.0, 0.3), (2.0, 0.1)].map(|(sideways, share): (f64, f32)| Instance {
-        model: birch,
-        world_from_plant: DAffine3::from_translation(DVec3::X * sideways * sphere.radius),
-        active: share * model.leaves.len() as f32,
-        window: Transition::SMOOTH_WINDOW,
-        scales: None,
+    let instances = [(-2.0, 1.0), (0.0, 0.3), (2.0, 0.1)].map(|(sideways, share): (f64, f32)| {
+        let place = DAffine3::from_translation(DVec3::X * sideways * sphere.radius);
+        let active = share * model.leaves.len() as f32;
+        Instance { window: Transition::SMOOTH_WINDOW, ..Instance::new(birch, place, active) }
     });
     let camera = Camera::framing(&sphere, DVec3::new(0.0, 0.2, 1.0), 0.8, 1.4).with_aspect(2.0);
     let prepared = foliage.prepare(device, queue, &camera, &instances)?;

@@ -44,11 +44,14 @@ fn leaf_corner(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>)
     let leaf = leaves[vertex.leaf];
     let pivot = vec3(leaf.pivot[0], leaf.pivot[1], leaf.pivot[2]);
     let rest = vec3(vertex.position[0], vertex.position[1], vertex.position[2]);
-    surface.position_local = pivot + (rest - pivot) * drawn_scale(vertex.leaf, leaf, instance);
+    let scale = drawn_scale(vertex.leaf, leaf, instance) * instance.leaf_scale;
+    let normal = vec3(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+    let moved = moved_leaf(pivot, (rest - pivot) * scale, normal, vertex.leaf, item.x);
+    surface.position_local = moved.position;
     surface.clip = instance.clip_from_local * vec4(surface.position_local, 1.0);
     surface.uv = vec2(vertex.uv[0], vertex.uv[1]);
     surface.color = leaf_tint(vertex);
-    surface.normal = vec3(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+    surface.normal = moved.normal;
     surface.material = leaf.material;
     surface.leaf = vertex.leaf;
     return surface;
@@ -92,7 +95,8 @@ fn drawn_scale(leaf: u32, record: LeafRecord, instance: Instance) -> f32 {
             high = middle;
         }
     }
-    let own = presence(leaf, instance);
+    // A leaf that fades by alpha has its size all the while.
+    let own = select(presence(leaf, instance), 1.0, FADES_BY_ALPHA);
     let is_still = low >= record.end_event || events[low].leaf >= instance.drawn;
     if is_still && own == 1.0 {
         return scale_of(low, record);
@@ -104,12 +108,6 @@ fn drawn_scale(leaf: u32, record: LeafRecord, instance: Instance) -> f32 {
         low += 1u;
     }
     return sqrt(max(pow2(scale_of(low, record)) + area, 0.0) * own);
-}
-
-// How much of a leaf is there, by area.
-fn presence(leaf: u32, instance: Instance) -> f32 {
-    let behind = f32(i32(leaf) - i32(instance.active_count));
-    return clamp((instance.fraction - behind - 0.5) / instance.window + 0.5, 0.0, 1.0);
 }
 
 fn pow2(x: f32) -> f32 {

@@ -27,9 +27,14 @@ fn reflected(lit: Lit) -> vec3<f32> {
         return (SUN * max(cosine, 0.0) + sky(normal, lit.upwards)) * open;
     }
     let outwards = unit(lit.in_crown * lit.inverse_half_size);
-    let leaning = unit(normal + outwards * LEAN);
+    let leaning = unit(select(normal + outwards * LEAN, mix(normal, outwards, CROWN_BLEND), CROWN_NORMALS));
     let facing = max((dot(leaning, lit.towards_sun) + WRAP_LIGHT) / (1.0 + WRAP_LIGHT), 0.0);
-    return (SUN * (vec3(facing) + THROUGH * max(-cosine, 0.0)) + sky(leaning, lit.upwards)) * open;
+    var through = THROUGH * max(-cosine, 0.0);
+    if TRANSLUCENCY {
+        let against = max(dot(unit(lit.from_eye), lit.towards_sun), 0.0);
+        through *= 1.0 + GLOW * pow(against, GLOW_SHARPNESS);
+    }
+    return (SUN * (vec3(facing) + through) + sky(leaning, lit.upwards)) * open;
 }
 
 fn sky(normal: vec3<f32>, upwards: vec3<f32>) -> vec3<f32> {

@@ -21,6 +21,8 @@ struct Instance {
     drawn: u32,
     // How many leaves come and go at once.
     window: f32,
+    // Factor on every leaf's drawn scale.
+    leaf_scale: f32,
 }
 
 // The crown: the box around all leaves, drawn or not.
@@ -62,6 +64,12 @@ struct Surface {
     @location(6) @interpolate(flat) leaf: u32,
 }
 
+// A corner of a leaf and its normal, wherever the wind has moved them.
+struct Moved {
+    position: vec3<f32>,
+    normal: vec3<f32>,
+}
+
 struct Shaded {
     @location(0) color: vec4<f32>,
     @builtin(sample_mask) samples: u32,
@@ -82,6 +90,9 @@ fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
             SAMPLES > 1u,
         );
     }
+    if is_leaf {
+        share *= fade_share(surface.leaf, instance);
+    }
     if share <= 0.0 {
         discard;
     }
@@ -96,8 +107,21 @@ fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
         is_leaf || material.is_two_sided == 1u,
     );
     let lit_color = texel.rgb * material.base_color.rgb * surface.color * reflected(lit);
-    let color = select(surface.color, lit_color, COLORING == COLORING_PICTURE);
+    var color = surface.color;
+    if COLORING == COLORING_PICTURE {
+        color = lit_color;
+        if is_leaf {
+            color = toned(color, surface.instance);
+        }
+    }
     return Shaded(vec4(encoded(color), 1.0), covered_samples(share, pattern));
+}
+
+// How much of a leaf is there, by area or by alpha.
+fn presence(leaf: u32, instance: Instance) -> f32 {
+    let behind = f32(i32(leaf) - i32(instance.active_count));
+    let t = clamp((instance.fraction - behind - 0.5) / instance.window + 0.5, 0.0, 1.0);
+    return select(t, t * t * (3.0 - 2.0 * t), FADES_SMOOTHLY);
 }
 
 // Round(share * SAMPLES) samples. Which ones depends on the leaf: those behind each other add up.

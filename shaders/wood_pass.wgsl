@@ -3,12 +3,13 @@
 @vertex
 fn wood_corner(
     @builtin(instance_index) instance: u32,
-    @location(0) position_local: vec3<f32>,
+    @location(0) rest: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) uv: vec2<f32>,
     @location(3) color: vec3<f32>,
     @location(4) material: u32,
 ) -> Surface {
+    let position_local = moved_wood(rest, instance);
     let clip = instances[instance].clip_from_local * vec4(position_local, 1.0);
     return Surface(clip, uv, color, normal, position_local, material, instance, 0u);
 }

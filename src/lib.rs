@@ -59,6 +59,8 @@ pub mod extract;
 pub mod simplify;
 pub mod stochastic;
 
+pub mod effects;
+
 #[cfg(feature = "scene")]
 pub mod scene;
 

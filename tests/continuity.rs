@@ -65,13 +65,8 @@ fn largest_change(gpu: &GpuDevice, model: &FoliageModel, counts: &[f32]) -> f64 
     let id = foliage.add_model(gpu.device(), gpu.queue(), model).unwrap();
     let camera = Camera::framing(&model.sphere(), DVec3::new(0.4, 0.2, 1.0), 0.6, 1.0);
     let mut draw = |&active: &f32| {
-        let instance = Instance {
-            model: id,
-            world_from_plant: DAffine3::IDENTITY,
-            active,
-            window: Transition::SMOOTH_WINDOW,
-            scales: None,
-        };
+        let window = Transition::SMOOTH_WINDOW;
+        let instance = Instance { window, ..Instance::new(id, DAffine3::IDENTITY, active) };
         foliage.prepare(gpu.device(), gpu.queue(), &camera, &[instance]).unwrap();
         target.picture(&foliage).unwrap()
     };

@@ -7,12 +7,13 @@ use std::{
 };
 
 /// The modules of the crate from the bottom up. A module may use those of lower layers; of its own layer only itself.
-const LAYERS: [&[&str]; 9] = [
+const LAYERS: [&[&str]; 10] = [
     &["error", "bounds", "crown", "file", "random", "srgb"],
     &["leaf", "material"],
     &["plant"],
     &["import", "grow", "model"],
     &["simplify", "extract", "stochastic"],
+    &["effects"],
     &["scene"],
     &["render"],
     &["report"],

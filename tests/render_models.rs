@@ -65,7 +65,7 @@ impl Stage {
     }
 
     fn at_origin(&self, active: f32) -> Instance {
-        Instance { model: self.models[0], world_from_plant: DAffine3::IDENTITY, active, window: 1.0, scales: None }
+        Instance::new(self.models[0], DAffine3::IDENTITY, active)
     }
 }
 
@@ -147,12 +147,9 @@ fn any_number_of_plants_takes_two_draws_a_model() {
     let camera = camera(&oak);
     for count in [2, 10, 500] {
         let plants: Vec<Instance> = (0..count)
-            .map(|i| Instance {
-                model: stage.models[i % 2],
-                world_from_plant: DAffine3::from_translation(DVec3::X * i as f64),
-                active: (i % 60 + 1) as f32,
-                window: 1.0,
-                scales: None,
+            .map(|i| {
+                let place = DAffine3::from_translation(DVec3::X * i as f64);
+                Instance::new(stage.models[i % 2], place, (i % 60 + 1) as f32)
             })
             .collect();
         let prepared = stage.prepare(&camera, &plants);
@@ -208,9 +205,8 @@ fn colourings_tell_leaves_apart_and_show_their_order() {
     let Some(mut stage) = Stage::new(&[&model]) else { return };
     let camera = camera(&model);
     let whole = stage.at_origin(200.0);
-    let device = stage.gpu.device().clone();
     let mut colors = |coloring, active| {
-        stage.foliage.set_coloring(&device, coloring);
+        stage.foliage.set_coloring(coloring);
         let picture = stage.picture(&camera, &[Instance { active, ..whole }]);
         picture.rgba.chunks_exact(4).filter(|rgba| u32::from(rgba[0]) > u32::from(rgba[2]) + 100).count()
     };

@@ -2,10 +2,13 @@
 #![cfg(all(feature = "render", feature = "simplify"))]
 
 use foliage_lod::{
+    effects::wind::Sway,
     render::{
         backdrop_pass,
         fragment_pass::{self, MaskHeader, Params},
+        frame_list::Tone,
         leaf_pass,
+        look::{Look, Variant},
         model_buffers::{CrownRecord, Event, LeafRecord, LeafVertex, MaterialRecord},
         surface::InstanceRecord,
         wood_pass,
@@ -55,7 +58,8 @@ fn every_struct_of_the_fragment_pass_lies_in_memory_as_in_rust() {
 
 #[test]
 fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
-    for wgsl in [leaf_pass::wgsl(), wood_pass::wgsl()] {
+    let look = Look::default();
+    for wgsl in Variant::all().flat_map(|variant| [leaf_pass::wgsl, wood_pass::wgsl].map(|wgsl| wgsl(&look, variant))) {
         let module = parsed(&wgsl);
         assert_layout!(
             &module,
@@ -72,15 +76,33 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
                 first_scale,
                 first_partial,
                 drawn,
-                window
+                window,
+                leaf_scale
             ]
         );
         assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size]);
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);
     }
-    let module = parsed(&leaf_pass::wgsl());
+    let all = Variant { wind: true, contrast: true, alpha: true };
+    let module = parsed(&leaf_pass::wgsl(&look, all));
+    assert_layout!(&module, Tone, "Tone", [mean, kept]);
+    assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, flutter, phase]);
     assert_layout!(&module, LeafVertex, "LeafVertex", [position, normal, uv, color, leaf]);
     assert_layout!(&module, LeafRecord, "LeafRecord", [pivot, material, first_event, end_event]);
     assert_layout!(&module, Event, "Event", [leaf, scale]);
     parsed(&backdrop_pass::wgsl());
+}
+
+#[test]
+fn an_effect_that_is_off_is_not_in_the_shader() {
+    let look = Look::default();
+    let globals = |variant| {
+        let module = parsed(&leaf_pass::wgsl(&look, variant));
+        let names = module.global_variables.iter().filter_map(|(_, global)| global.name.clone());
+        names.filter(|name| ["tones", "sways", "phases"].contains(&name.as_str())).collect::<Vec<_>>()
+    };
+    assert!(globals(Variant::default()).is_empty());
+    assert!(globals(Variant { alpha: true, ..Variant::default() }).is_empty());
+    assert_eq!(globals(Variant { contrast: true, ..Variant::default() }), ["tones"]);
+    assert_eq!(globals(Variant { wind: true, ..Variant::default() }), ["sways", "phases"]);
 }

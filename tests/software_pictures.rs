@@ -15,7 +15,9 @@ use foliage_lod::{
 use glam::{DAffine3, DVec3, Quat, Vec3};
 
 const SIZE: [u32; 2] = [96, 96];
-const BARE: DrawOptions = DrawOptions { background: Background::Transparent, wood: true, tone: None };
+fn bare() -> DrawOptions {
+    DrawOptions { background: Background::Transparent, ..DrawOptions::default() }
+}
 
 /// From (0, 0, 10): at the origin one unit is 24 pixels.
 fn camera() -> Camera {
@@ -55,7 +57,7 @@ fn squares(places: &[(Vec3, f32, u32)], materials: &[Material]) -> Plant {
 }
 
 fn draw(plant: &Plant) -> Image {
-    draw_plant(plant, &camera(), SIZE, &BARE).unwrap()
+    draw_plant(plant, &camera(), SIZE, &bare()).unwrap()
 }
 
 /// Covered pixels, partly covered ones by their share.
@@ -123,7 +125,7 @@ fn leaves_behind_the_eye_vanish_and_one_across_the_near_plane_is_cut() {
 fn a_model_drawn_whole_is_the_plant_and_fewer_leaves_are_drawn_at_their_swapped_scale() {
     let plant = squares(&[(Vec3::ZERO, 0.5, 0), (Vec3::X, 0.5, 0), (Vec3::NEG_X, 0.5, 0)], &[material([1.0; 3])]);
     let model = model_of(&plant, &[(NO_LEAF, 1.0), (0, 3.0), (0, 1.5)]);
-    let drawn = |n| draw_model(&model, n, &camera(), SIZE, &BARE).unwrap();
+    let drawn = |n| draw_model(&model, n, &camera(), SIZE, &bare()).unwrap();
     assert_eq!(drawn(3), draw(&plant));
     assert_eq!(drawn(usize::MAX), draw(&plant));
     assert_eq!(covered_px(&drawn(1)), (3.0 * 24.0_f64).powi(2));
@@ -134,8 +136,8 @@ fn a_model_drawn_whole_is_the_plant_and_fewer_leaves_are_drawn_at_their_swapped_
 
 fn draw_at(plant: &Plant, transforms: &[DAffine3], camera: &Camera) -> Image {
     let list = DrawList::of_plant(plant);
-    let placed: Vec<_> = transforms.iter().map(|&world_from_plant| Placed { list: &list, world_from_plant }).collect();
-    Painter::new(&plant.materials, &plant.textures).unwrap().draw_placed(&placed, camera, SIZE, &BARE).unwrap()
+    let placed: Vec<_> = transforms.iter().map(|&world_from_plant| Placed::new(&list, world_from_plant)).collect();
+    Painter::new(&plant.materials, &plant.textures).unwrap().draw_placed(&placed, camera, SIZE, &bare()).unwrap()
 }
 
 #[test]
@@ -209,7 +211,7 @@ fn a_masked_leaf_keeps_its_coverage_with_distance() {
     plant.textures.push(disc_texture());
     for distance in [10.0, 20.0, 40.0, 80.0] {
         let camera = Camera { eye: DVec3::Z * distance, ..camera() };
-        let covered = covered_px(&draw_plant(&plant, &camera, SIZE, &BARE).unwrap());
+        let covered = covered_px(&draw_plant(&plant, &camera, SIZE, &bare()).unwrap());
         let disc = std::f64::consts::PI * (0.3 * 3.0 * 24.0 * 10.0 / distance).powi(2);
         assert!((covered / disc - 1.0).abs() < 0.2, "{distance}: {covered} {disc}");
     }
@@ -222,10 +224,10 @@ fn hostile_cameras_numbers_and_sizes_never_panic() {
     plant.vertices[1].uv = [f32::INFINITY; 2];
     for eye in [DVec3::ZERO, DVec3::splat(f64::NAN), DVec3::splat(1e300)] {
         for near in [0.0, f64::NAN, 1e-300] {
-            draw_plant(&plant, &Camera { eye, near, ..camera() }, SIZE, &BARE).unwrap();
+            draw_plant(&plant, &Camera { eye, near, ..camera() }, SIZE, &bare()).unwrap();
         }
     }
     for size in [[0, 9], [9, 0], [u32::MAX, 9]] {
-        assert!(draw_plant(&plant, &camera(), size, &BARE).is_err());
+        assert!(draw_plant(&plant, &camera(), size, &bare()).is_err());
     }
 }

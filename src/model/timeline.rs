@@ -79,8 +79,18 @@ impl Timeline {
     /// from what it is without that leaf to what it is with it. At a whole count with a window of 1 the result has the bits
     /// of [`Timeline::scale`]. O(log events of the leaf + those of them in the window).
     pub fn scale_at(&self, leaf: u32, transition: &Transition) -> f32 {
-        let presence = transition.presence(leaf);
-        if leaf >= self.leaves() || presence == 0.0 {
+        self.scale_of_share(leaf, transition, transition.presence(leaf))
+    }
+
+    /// As [`scale_at`](Self::scale_at) for a leaf that has its size all the while it comes and goes, because something else
+    /// of it fades.
+    pub fn full_scale_at(&self, leaf: u32, transition: &Transition) -> f32 {
+        self.scale_of_share(leaf, transition, if transition.presence(leaf) > 0.0 { 1.0 } else { 0.0 })
+    }
+
+    /// The scale of a leaf of whose area `share` is there.
+    fn scale_of_share(&self, leaf: u32, transition: &Transition, share: f32) -> f32 {
+        if leaf >= self.leaves() || share == 0.0 {
             return 0.0;
         }
         let [start, end] = [self.starts[leaf as usize] as usize, self.starts[leaf as usize + 1] as usize];
@@ -92,10 +102,10 @@ impl Timeline {
             area += gone * (scale(at) * scale(at) - scale(at + 1) * scale(at + 1));
             at += 1;
         }
-        if at == first && presence == 1.0 {
+        if at == first && share == 1.0 {
             return scale(at);
         }
-        ((scale(at) * scale(at) + area).max(0.0) * presence).sqrt()
+        ((scale(at) * scale(at) + area).max(0.0) * share).sqrt()
     }
 }
 
@@ -112,6 +122,7 @@ pub struct Transition {
     fraction: f32,
     /// At least 1.
     window: f32,
+    is_smooth: bool,
 }
 
 impl Transition {
@@ -125,7 +136,13 @@ impl Transition {
         let active = active.max(0.0).min(f64::from(leaves));
         let n = active.floor();
         let room = 2.0 * active.min(f64::from(leaves) - active);
-        Self { n: n as u32, fraction: (active - n) as f32, window: window.min(room as f32).max(1.0) }.normal()
+        Self { n: n as u32, fraction: (active - n) as f32, window: window.min(room as f32).max(1.0), is_smooth: false }
+            .normal()
+    }
+
+    /// The same with presences that leave 1 and reach 0 without a kink (smoothstep) instead of in a straight line.
+    pub fn smooth(self) -> Self {
+        Self { is_smooth: true, ..self }
     }
 
     /// Rounding to `f32` may have filled the fraction up.
@@ -141,7 +158,8 @@ impl Transition {
     /// How much of `leaf` is there, by area: 1 for all leaves before the window, 0 for those after it.
     pub fn presence(&self, leaf: u32) -> f32 {
         let behind = (i64::from(leaf) - i64::from(self.n)) as f32;
-        ((self.fraction - behind - 0.5) / self.window + 0.5).clamp(0.0, 1.0)
+        let t = ((self.fraction - behind - 0.5) / self.window + 0.5).clamp(0.0, 1.0);
+        if self.is_smooth { t * t * (3.0 - 2.0 * t) } else { t }
     }
 
     /// The first leaf that may not be wholly there.

@@ -1,14 +1,14 @@
 //! Draws a soft gradient from ground to sky over the whole target, behind everything.
 
 use super::{
-    light,
+    light::{self, Lighting},
     shader::ShaderSource,
     surface::{PassDescription, TargetFormat},
 };
 
 /// The pass's shader with its constants.
 pub fn wgsl() -> String {
-    light::constants(ShaderSource::new())
+    light::constants(ShaderSource::new(), &Lighting::default())
         .with_part(include_str!("../../shaders/light.wgsl"))
         .with_body(include_str!("../../shaders/backdrop_pass.wgsl"))
 }

@@ -1,14 +1,17 @@
 //! Draws any number of plants of a few models into the caller's render pass.
 //!
 //! ```text
-//! new(device, queue, target)        add_model(model)        once
-//! prepare(camera, instances)                                each frame: uploads 128 bytes a plant and 8 a run of its leaves
-//! render(pass)                                              each frame: two draws a model, however many plants there are
+//! new(device, queue, target, look)  add_model(model)        once
+//! prepare(frame, instances)                                 each frame: uploads 144 bytes a plant and 8 a run of its leaves
+//! render(pass)                                              each frame: two or three draws a model and look
 //! ```
 //!
 //! Every instance has its own active count, with a fraction, and no state: the drawn scales come from the model's timeline
 //! in the vertex shader. A plant that keeps its drawn scales itself ([`Swap`]) can hand them over
 //! instead ([`FoliageRenderer::add_scales`]).
+//!
+//! Pipelines are compiled for the combinations of effects that a frame needs, when it first needs them; buffers of effects
+//! exist only where the [`Look`] calls for them. [`Prepared::effects`] tells for how much each was simulated.
 //!
 //! The device must offer vertex shaders that read storage buffers (`DownlevelFlags::VERTEX_STORAGE`).
 //!
@@ -17,29 +20,58 @@
 use super::{
     buffers::{buffer, grow},
     camera::Camera,
+    effect_buffers::EffectBuffers,
+    frame_list::{FrameList, ModelFacts},
     leaf_pass::{self, Run},
-    light::TOWARDS_SUN,
+    look::{Look, Variant},
     model_buffers::ModelBuffers,
-    surface::{Coloring, InstanceRecord, NO_SCALES, RUN_INDICES, TargetFormat, layouts},
+    software::mean_leaf_color,
+    surface::{Coloring, InstanceRecord, RUN_INDICES, TargetFormat, layouts},
     wood_pass,
 };
-use crate::{
-    Error, Result,
-    extract::Swap,
-    model::{FoliageModel, Transition},
-};
-use glam::{DAffine3, DMat4, DVec3};
-use std::ops::Range;
+use crate::{Error, Result, effects::Counts, extract::Swap, model::FoliageModel};
+use glam::DAffine3;
+use std::{collections::HashMap, ops::Range};
 
 /// A model that was added to a renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ModelId(usize);
+pub struct ModelId(pub(super) usize);
 
 /// Room for the drawn scales of one plant on a renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScalesId {
-    first: u32,
-    leaves: u32,
+    pub(super) first: u32,
+    pub(super) leaves: u32,
+}
+
+/// From where and when a frame is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// The camera.
+    pub camera: Camera,
+    /// Rows of the picture: what moves by less than half of one is not simulated.
+    pub height_px: u32,
+    /// Time of what moves.
+    pub seconds: f64,
+}
+
+impl Frame {
+    /// The frame at time 0.
+    pub fn new(camera: &Camera, height_px: u32) -> Self {
+        Self { camera: *camera, height_px, seconds: 0.0 }
+    }
+
+    /// The same at another time.
+    pub fn at(self, seconds: f64) -> Self {
+        Self { seconds, ..self }
+    }
+}
+
+impl From<&Camera> for Frame {
+    /// A picture of 1080 rows at time 0: enough where nothing moves.
+    fn from(camera: &Camera) -> Self {
+        Self::new(camera, 1080)
+    }
 }
 
 /// One plant to draw.
@@ -51,11 +83,21 @@ pub struct Instance {
     pub world_from_plant: DAffine3,
     /// Active count with its fraction. Clamped to what the model has; NaN draws the wood alone.
     pub active: f32,
-    /// How many leaves at the end of the prefix come and go at once (see [`Transition`]); less than 1 counts as 1.
+    /// How many leaves at the end of the prefix come and go at once (see [`Transition`](crate::model::Transition)); less
+    /// than 1 counts as 1. The effect `fade` takes its place.
     pub window: f32,
+    /// Factor on the drawn scale of every leaf: 1, but for stochastic pruning.
+    pub leaf_scale: f32,
     /// The plant's own drawn scales; `None` takes them from the timeline. They belong to whole counts: fraction and window
     /// are ignored with them.
     pub scales: Option<ScalesId>,
+}
+
+impl Instance {
+    /// A plant with `active` of its leaves, none of them on its way.
+    pub fn new(model: ModelId, world_from_plant: DAffine3, active: f32) -> Self {
+        Self { model, world_from_plant, active, window: 1.0, leaf_scale: 1.0, scales: None }
+    }
 }
 
 /// What a frame draws.
@@ -69,61 +111,82 @@ pub struct Prepared {
     pub leaves: u64,
     /// Draw calls.
     pub draws: u32,
-}
-
-/// All plants of one model in one frame.
-#[derive(Debug, Clone, PartialEq)]
-struct Batch {
-    model: usize,
-    instances: Range<u32>,
-    runs: Range<u32>,
+    /// For how much each effect that is on was simulated.
+    pub effects: Counts,
 }
 
 /// Draws plants.
 pub struct FoliageRenderer {
-    leaves: wgpu::RenderPipeline,
-    wood: wgpu::RenderPipeline,
+    look: Look,
+    leaves: HashMap<Variant, wgpu::RenderPipeline>,
+    wood: HashMap<Variant, wgpu::RenderPipeline>,
     target: TargetFormat,
-    layouts: [wgpu::BindGroupLayout; 2],
+    layouts: Vec<wgpu::BindGroupLayout>,
     sampler: wgpu::Sampler,
     models: Vec<ModelBuffers>,
+    facts: Vec<ModelFacts>,
     scales: wgpu::Buffer,
     scales_used: u32,
     instances: wgpu::Buffer,
     runs: wgpu::Buffer,
     bindings: Option<wgpu::BindGroup>,
-    records: Vec<InstanceRecord>,
-    run_list: Vec<Run>,
-    batches: Vec<Batch>,
+    effects: Option<EffectBuffers>,
+    list: FrameList,
 }
 
 impl FoliageRenderer {
-    /// Compiles the passes for one kind of target.
+    /// Draws plants as they are into one kind of target.
     pub fn new(device: &wgpu::Device, target: TargetFormat) -> Self {
+        Self::with_look(device, target, Look::default())
+    }
+
+    /// Draws plants with effects, or lit in another way.
+    pub fn with_look(device: &wgpu::Device, target: TargetFormat, look: Look) -> Self {
         use wgpu::BufferUsages as Usage;
-        let layouts = layouts(device);
+        let layouts = layouts(device, &look.effects);
         let storage = Usage::STORAGE | Usage::COPY_DST;
         Self {
-            leaves: leaf_pass::pipeline(device, &layouts, target, Coloring::Picture),
-            wood: wood_pass::pipeline(device, &layouts, target),
+            effects: layouts.get(2).map(|layout| EffectBuffers::new(device, layout, &look.effects)),
+            look,
+            leaves: HashMap::new(),
+            wood: HashMap::new(),
             target,
             layouts,
             sampler: sampler(device),
             models: Vec::new(),
+            facts: Vec::new(),
             scales: buffer(device, "foliage scales", storage | Usage::COPY_SRC, size_of::<f32>() as u64),
             scales_used: 0,
             instances: buffer(device, "foliage instances", storage, size_of::<InstanceRecord>() as u64),
             runs: buffer(device, "foliage runs", Usage::VERTEX | Usage::COPY_DST, size_of::<Run>() as u64),
             bindings: None,
-            records: Vec::new(),
-            run_list: Vec::new(),
-            batches: Vec::new(),
+            list: FrameList::default(),
         }
     }
 
-    /// Compiles the leaves' pass anew for another look.
-    pub fn set_coloring(&mut self, device: &wgpu::Device, coloring: Coloring) {
-        self.leaves = leaf_pass::pipeline(device, &self.layouts, self.target, coloring);
+    /// Colours leaves in another way from the next [`prepare`](Self::prepare) on, which compiles the passes anew.
+    pub fn set_coloring(&mut self, coloring: Coloring) {
+        self.look.coloring = coloring;
+        self.leaves.clear();
+    }
+
+    /// What plants look like.
+    pub fn look(&self) -> &Look {
+        &self.look
+    }
+
+    /// Variants for which pipelines exist: of the leaves' pass, and of the wood's.
+    pub fn compiled(&self) -> [Vec<Variant>; 2] {
+        [&self.leaves, &self.wood].map(|pipelines| {
+            let mut variants: Vec<_> = pipelines.keys().copied().collect();
+            variants.sort_unstable();
+            variants
+        })
+    }
+
+    /// Labels of the buffers that exist for effects.
+    pub fn effect_buffers(&self) -> Vec<&'static str> {
+        self.effects.as_ref().map_or_else(Vec::new, EffectBuffers::labels)
     }
 
     /// Uploads a model.
@@ -133,7 +196,12 @@ impl FoliageRenderer {
     /// [`Error::Unreadable`] for a damaged texture.
     pub fn add_model(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, model: &FoliageModel) -> Result<ModelId> {
         model.validate()?;
+        let mean = match self.look.effects.contrast {
+            Some(_) => mean_leaf_color(model, &self.look.lighting())?,
+            None => [0.0; 3],
+        };
         self.models.push(ModelBuffers::new(device, queue, &self.layouts[0], &self.sampler, model)?);
+        self.facts.push(ModelFacts::new(model, mean));
         Ok(ModelId(self.models.len() - 1))
     }
 
@@ -179,15 +247,22 @@ impl FoliageRenderer {
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        camera: &Camera,
+        frame: impl Into<Frame>,
         instances: &[Instance],
     ) -> Result<Prepared> {
-        let prepared = self.list(camera, instances);
+        let prepared = self.list.fill(&self.look, &self.facts, &frame.into(), instances);
         self.check_room(device)?;
-        let mut is_rebound = grow(device, &mut self.instances, size_of_val(&self.records[..]) as u64);
-        grow(device, &mut self.runs, size_of_val(&self.run_list[..]) as u64);
-        queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&self.records));
-        queue.write_buffer(&self.runs, 0, bytemuck::cast_slice(&self.run_list));
+        for i in 0..self.list.batches.len() {
+            self.compile(device, i);
+        }
+        let list = &self.list;
+        let mut is_rebound = grow(device, &mut self.instances, size_of_val(&list.records[..]) as u64);
+        grow(device, &mut self.runs, size_of_val(&list.runs[..]) as u64);
+        queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&list.records));
+        queue.write_buffer(&self.runs, 0, bytemuck::cast_slice(&list.runs));
+        if let (Some(effects), Some(layout)) = (&mut self.effects, self.layouts.get(2)) {
+            effects.upload(device, queue, layout, list);
+        }
         is_rebound |= self.bindings.is_none();
         if is_rebound {
             let entries = [(0, &self.instances), (1, &self.scales)]
@@ -201,70 +276,61 @@ impl FoliageRenderer {
         Ok(prepared)
     }
 
-    /// Draws what was prepared: two draws a model. The pass must have the formats and samples of the renderer's target.
+    /// Draws what was prepared. The pass must have the formats and samples of the renderer's target.
     pub fn render(&self, pass: &mut wgpu::RenderPass<'_>) {
         let Some(bindings) = &self.bindings else { return };
         pass.set_bind_group(1, bindings, &[]);
-        pass.set_pipeline(&self.wood);
-        for batch in &self.batches {
-            let model = &self.models[batch.model];
-            if let Some(wood) = &model.wood {
-                pass.set_bind_group(0, &model.bindings, &[]);
-                pass.set_vertex_buffer(0, wood.vertices.slice(..));
-                pass.set_index_buffer(wood.indices.slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed(0..wood.count, 0, batch.instances.clone());
-            }
+        if let Some(effects) = &self.effects {
+            pass.set_bind_group(2, effects.bindings(), &[]);
         }
-        pass.set_pipeline(&self.leaves);
-        for batch in self.batches.iter().filter(|batch| !batch.runs.is_empty()) {
-            pass.set_bind_group(0, &self.models[batch.model].bindings, &[]);
-            pass.set_vertex_buffer(0, self.runs.slice(..));
-            pass.draw(0..RUN_INDICES, batch.runs.clone());
+        for batch in &self.list.batches {
+            let model = &self.models[batch.model];
+            let Some((wood, pipeline)) = model.wood.as_ref().zip(self.wood.get(&of_wood(batch.variant))) else {
+                continue;
+            };
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &model.bindings, &[]);
+            pass.set_vertex_buffer(0, wood.vertices.slice(..));
+            pass.set_index_buffer(wood.indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..wood.count, 0, batch.instances.clone());
+        }
+        for batch in &self.list.batches {
+            let fading = Variant { alpha: true, ..batch.variant };
+            for (variant, runs) in [(batch.variant, &batch.whole), (fading, &batch.fading)] {
+                let Some(pipeline) = self.leaves.get(&variant).filter(|_| !runs.is_empty()) else { continue };
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, &self.models[batch.model].bindings, &[]);
+                pass.set_vertex_buffer(0, self.runs.slice(..));
+                pass.draw(0..RUN_INDICES, runs.clone());
+            }
         }
     }
 
-    /// Lists records, runs and batches, model by model.
-    fn list(&mut self, camera: &Camera, instances: &[Instance]) -> Prepared {
-        self.records.clear();
-        self.run_list.clear();
-        self.batches.clear();
-        let mut prepared = Prepared::default();
-        let clip_from_world = camera.clip_from_world();
-        for (number, model) in self.models.iter().enumerate() {
-            let [first_record, first_run] = [self.records.len() as u32, self.run_list.len() as u32];
-            for instance in instances.iter().filter(|instance| instance.model.0 == number) {
-                let Some(record) = record(model, instance, &clip_from_world, camera.eye) else {
-                    prepared.skipped += 1;
-                    continue;
-                };
-                prepared.leaves += u64::from(record.drawn);
-                let at = self.records.len() as u32;
-                self.run_list.extend((0..leaf_pass::runs(record.index_end)).map(|run| [at, run]));
-                self.records.push(record);
-            }
-            let batch = Batch {
-                model: number,
-                instances: first_record..self.records.len() as u32,
-                runs: first_run..self.run_list.len() as u32,
-            };
-            if !batch.instances.is_empty() {
-                prepared.draws += u32::from(model.wood.is_some()) + u32::from(!batch.runs.is_empty());
-                self.batches.push(batch);
-            }
+    /// Compiles what batch `i` needs and is not there yet.
+    fn compile(&mut self, device: &wgpu::Device, i: usize) {
+        let Self { layouts, target, look, .. } = self;
+        let batch = &self.list.batches[i];
+        let variants = [(batch.variant, &batch.whole), (Variant { alpha: true, ..batch.variant }, &batch.fading)];
+        for (variant, _) in variants.into_iter().filter(|(_, runs)| !runs.is_empty()) {
+            let pipeline = || leaf_pass::pipeline(device, layouts, *target, look, variant);
+            self.leaves.entry(variant).or_insert_with(pipeline);
         }
-        prepared.instances = self.records.len() as u32;
-        prepared
+        if self.facts[batch.model].has_wood {
+            let variant = of_wood(batch.variant);
+            let pipeline = || wood_pass::pipeline(device, layouts, *target, look, variant);
+            self.wood.entry(variant).or_insert_with(pipeline);
+        }
     }
 
     fn check_room(&mut self, device: &wgpu::Device) -> Result<()> {
         let limits = device.limits();
         let uses = [
-            ("bytes of instances", size_of_val(&self.records[..]), limits.max_storage_buffer_binding_size),
-            ("bytes of runs of leaves", size_of_val(&self.run_list[..]), limits.max_buffer_size),
+            ("bytes of instances", size_of_val(&self.list.records[..]), limits.max_storage_buffer_binding_size),
+            ("bytes of runs of leaves", size_of_val(&self.list.runs[..]), limits.max_buffer_size),
         ];
         for (what, value, limit) in uses {
             if value as u64 > limit.min(limits.max_buffer_size) {
-                self.batches.clear();
+                self.list.clear();
                 let fix = "draw fewer plants or fewer leaves".into();
                 return Err(Error::TooLarge { what: what.into(), value: value as u64, limit, fix });
             }
@@ -287,36 +353,7 @@ fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
     })
 }
 
-/// What the shaders are told of one plant; `None` where its transform cannot be drawn. Composed in `f64`, so that plants far
-/// from the origin stay sharp.
-fn record(model: &ModelBuffers, instance: &Instance, clip_from_world: &DMat4, eye: DVec3) -> Option<InstanceRecord> {
-    let world_from_local = instance.world_from_plant * DAffine3::from_translation(model.center);
-    let local_from_world = world_from_local.inverse();
-    let clip_from_local = (*clip_from_world * world_from_local).as_mat4();
-    let eye_local = local_from_world.transform_point3(eye).as_vec3();
-    if !(clip_from_local.is_finite() && eye_local.is_finite()) {
-        return None;
-    }
-    let turned =
-        |direction: DVec3| local_from_world.transform_vector3(direction).normalize_or_zero().as_vec3().to_array();
-    let leaves = model.index_ends.len() as u32;
-    let scales = instance.scales.filter(|scales| scales.leaves == leaves);
-    let (active, window) =
-        if scales.is_some() { (instance.active.floor(), 1.0) } else { (instance.active, instance.window) };
-    let transition = Transition::new(f64::from(active), window, leaves);
-    let (active_count, fraction, window) = transition.parts();
-    let drawn = transition.drawn();
-    Some(InstanceRecord {
-        clip_from_local: clip_from_local.to_cols_array_2d(),
-        eye_local: eye_local.to_array(),
-        fraction,
-        sun_local: turned(TOWARDS_SUN.as_dvec3()),
-        active_count,
-        up_local: turned(DVec3::Y),
-        index_end: drawn.checked_sub(1).map_or(0, |last| model.index_ends[last as usize]),
-        first_partial: transition.first_partial(),
-        window,
-        drawn,
-        first_scale: scales.map_or(NO_SCALES, |scales| scales.first),
-    })
+/// Wood is neither toned nor faded.
+fn of_wood(variant: Variant) -> Variant {
+    Variant { wind: variant.wind, ..Variant::default() }
 }

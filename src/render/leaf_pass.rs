@@ -4,21 +4,25 @@
 //! vertex shader fetches the corner by its number, and the leaf's drawn scale from the timeline (a short binary search) or
 //! from the plant's own scales.
 
-use super::surface::{self, Coloring, PassDescription, RUN_INDICES, TargetFormat};
+use super::{
+    look::{self, Look, Variant, bound},
+    surface::{PassDescription, RUN_INDICES, TargetFormat},
+};
 
 /// One instance of the draw: which plant, and which of its runs.
 pub(super) type Run = [u32; 2];
 
-/// The pass's shader with its constants.
-pub fn wgsl() -> String {
-    surface::wgsl(include_str!("../../shaders/leaf_pass.wgsl"))
+/// The pass's shader, put together for a look and a variant.
+pub fn wgsl(look: &Look, variant: Variant) -> String {
+    look::wgsl(include_str!("../../shaders/leaf_pass.wgsl"), look, variant)
 }
 
 pub(super) fn pipeline(
     device: &wgpu::Device,
     layouts: &[wgpu::BindGroupLayout],
     target: TargetFormat,
-    coloring: Coloring,
+    look: &Look,
+    variant: Variant,
 ) -> wgpu::RenderPipeline {
     let runs = wgpu::VertexBufferLayout {
         array_stride: size_of::<Run>() as u64,
@@ -27,11 +31,11 @@ pub(super) fn pipeline(
     };
     PassDescription {
         name: "leaf_pass",
-        wgsl: wgsl(),
+        wgsl: wgsl(look, variant),
         entry_points: ["leaf_corner", "leaf_color"],
-        layouts,
+        layouts: bound(layouts, variant),
         vertex_buffers: &[Some(runs)],
-        surface: Some(coloring),
+        surface: Some(look.coloring),
     }
     .pipeline(device, target)
 }

@@ -6,7 +6,7 @@
 
 pub mod camera;
 pub mod image;
-mod light;
+pub mod light;
 mod mips;
 pub mod software;
 
@@ -17,11 +17,17 @@ mod buffers;
 #[cfg(feature = "render")]
 pub mod device;
 #[cfg(feature = "render")]
+mod effect_buffers;
+#[cfg(feature = "render")]
 pub mod foliage;
 #[cfg(all(feature = "render", feature = "simplify"))]
 pub mod fragment_pass;
 #[cfg(feature = "render")]
+pub mod frame_list;
+#[cfg(feature = "render")]
 pub mod leaf_pass;
+#[cfg(feature = "render")]
+pub mod look;
 #[cfg(feature = "render")]
 pub mod model_buffers;
 #[cfg(feature = "render")]

@@ -3,7 +3,7 @@
 //! Positions are relative to the middle of the plant (*local space*), so that `f32` keeps its digits wherever a file put
 //! the plant. All textures of a model are layers of one array, scaled to one size.
 
-use super::texture_layers::Layers;
+use super::{light::Lighting, texture_layers::Layers};
 use crate::{
     Error, Result,
     bounds::Aabb,
@@ -106,10 +106,6 @@ pub struct CrownRecord {
 pub(super) struct ModelBuffers {
     pub(super) bindings: wgpu::BindGroup,
     pub(super) wood: Option<WoodBuffers>,
-    /// Origin of local space, in the plant's.
-    pub(super) center: DVec3,
-    /// One past the last index of each leaf.
-    pub(super) index_ends: Vec<u32>,
 }
 
 /// What draws a model's wood.
@@ -159,8 +155,7 @@ impl ModelBuffers {
             layout,
             entries: &entries,
         });
-        let index_ends = model.leaves.iter().map(|leaf| leaf.indices[1]).collect();
-        Ok(Self { bindings, wood: wood(&upload, model, center)?, center, index_ends })
+        Ok(Self { bindings, wood: wood(&upload, model, center)? })
     }
 }
 
@@ -200,7 +195,7 @@ fn leaf_records(model: &FoliageModel, center: DVec3) -> (Vec<LeafRecord>, Vec<Ev
 
 fn crown_record(model: &FoliageModel, center: DVec3) -> CrownRecord {
     let crown = Aabb::of_points(model.vertices.iter().map(|vertex| vertex.position));
-    let light = super::light::Light::new(&crown, center);
+    let light = super::light::Light::new(&crown, center, &Lighting::default());
     CrownRecord {
         center_local: light.crown_center_from_eye.to_array(),
         padding: 0.0,

@@ -28,6 +28,12 @@ impl ShaderSource {
         self
     }
 
+    /// Adds `const NAME: bool = value;`.
+    pub fn constant_bool(mut self, name: &str, value: bool) -> Self {
+        let _ = writeln!(self.text, "const {name}: bool = {value};");
+        self
+    }
+
     /// Adds `const NAME: vec3<f32> = value;`; the value must be finite.
     pub fn constant_vec3(mut self, name: &str, value: glam::Vec3) -> Self {
         let _ = writeln!(self.text, "const {name}: vec3<f32> = vec3({:?}f, {:?}f, {:?}f);", value.x, value.y, value.z);

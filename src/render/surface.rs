@@ -1,10 +1,6 @@
-//! What the passes that draw plants share: the target, the bindings, and the pieces of their shaders.
+//! What the passes that draw plants share: the target, the bindings, and how a pass becomes a pipeline.
 
-use super::{
-    light,
-    shader::{ShaderSource, wrap_number},
-};
-use crate::material::Wrap;
+use crate::effects::Effects;
 
 /// What the passes draw into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +30,7 @@ pub enum Coloring {
 
 impl Coloring {
     /// The number by which shaders know it.
-    const fn number(self) -> u32 {
+    pub(super) const fn number(self) -> u32 {
         match self {
             Self::Picture => 0,
             Self::Flat | Self::Wire => 1,
@@ -74,6 +70,10 @@ pub struct InstanceRecord {
     pub drawn: u32,
     /// How many leaves come and go at once.
     pub window: f32,
+    /// Factor on every leaf's drawn scale.
+    pub leaf_scale: f32,
+    /// Up to a multiple of 16 bytes.
+    pub padding: [f32; 3],
 }
 
 /// The plant keeps no drawn scales of its own: the timeline tells them.
@@ -82,23 +82,9 @@ pub const NO_SCALES: u32 = u32::MAX;
 /// Indices of one run: what one instance of a draw covers. Two-triangle leaves go 64 to a run.
 pub const RUN_INDICES: u32 = 384;
 
-/// The shader `body` with everything that it shares with others in front.
-pub(super) fn wgsl(body: &str) -> String {
-    light::constants(ShaderSource::new())
-        .constant_u32("WRAP_MIRROR", wrap_number(Wrap::Mirror))
-        .constant_u32("WRAP_CLAMP", wrap_number(Wrap::Clamp))
-        .constant_u32("NO_SCALES", NO_SCALES)
-        .constant_u32("COLORING_PICTURE", Coloring::Picture.number())
-        .constant_u32("COLORING_FLAT", Coloring::Flat.number())
-        .constant_u32("COLORING_ORDER", Coloring::PruneOrder.number())
-        .constant_u32("RUN_INDICES", RUN_INDICES)
-        .with_part(include_str!("../../shaders/light.wgsl"))
-        .with_part(include_str!("../../shaders/surface.wgsl"))
-        .with_body(body)
-}
-
-/// Bindings of a model (group 0) and of a frame (group 1).
-pub(super) fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
+/// Bindings of a model (group 0), of a frame (group 1) and of the effects that have buffers (group 2): contrast at 0, wind
+/// at 1 and 2.
+pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::BindGroupLayout> {
     let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
     let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
     let texture = wgpu::BindingType::Texture {
@@ -106,19 +92,36 @@ pub(super) fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
         view_dimension: wgpu::TextureViewDimension::D2Array,
         multisampled: false,
     };
+    let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
     let model = [
-        (fragment, buffer_binding(wgpu::BufferBindingType::Uniform)),
-        (fragment, storage),
-        (fragment, texture),
-        (fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-        (vertex, storage),
-        (vertex, storage),
-        (vertex, storage),
-        (vertex, storage),
+        (0, fragment, uniform),
+        (1, fragment, storage),
+        (2, fragment, texture),
+        (3, fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+        (4, vertex, storage),
+        (5, vertex, storage),
+        (6, vertex, storage),
+        (7, vertex, storage),
     ];
-    let frame = [(vertex | fragment, storage), (vertex, storage)];
-    [layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)]
+    let frame = [(0, vertex | fragment, storage), (1, vertex, storage)];
+    let mut of_effects = Vec::new();
+    if effects.contrast.is_some() {
+        of_effects.push((TONES, fragment, storage));
+    }
+    if effects.wind.is_some() {
+        of_effects.extend([(SWAYS, vertex, storage), (PHASES, vertex, uniform)]);
+    }
+    let mut layouts = vec![layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)];
+    if !of_effects.is_empty() {
+        layouts.push(layout(device, "foliage effects", &of_effects));
+    }
+    layouts
 }
+
+/// Bindings of the effects.
+pub(super) const TONES: u32 = 0;
+pub(super) const SWAYS: u32 = 1;
+pub(super) const PHASES: u32 = 2;
 
 fn buffer_binding(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
@@ -127,10 +130,10 @@ fn buffer_binding(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
 fn layout(
     device: &wgpu::Device,
     label: &str,
-    bindings: &[(wgpu::ShaderStages, wgpu::BindingType)],
+    bindings: &[(u32, wgpu::ShaderStages, wgpu::BindingType)],
 ) -> wgpu::BindGroupLayout {
-    let entry = |(binding, &(visibility, ty))| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-    let entries: Vec<_> = (0..).zip(bindings).map(entry).collect();
+    let entry = |&(binding, visibility, ty)| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+    let entries: Vec<_> = bindings.iter().map(entry).collect();
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 

@@ -48,8 +48,7 @@ impl<'a> FrameTimes<'a> {
             Reduced::Prefix(model, count) => (self.add(model)?, *count),
             Reduced::Whole(plant) => (self.add_new(&shuffled(plant, 0)?)?, plant.leaves.len() as u32),
         };
-        let world_from_plant = DAffine3::IDENTITY;
-        let instance = Instance { model, world_from_plant, active: active as f32, window: 1.0, scales: None };
+        let instance = Instance::new(model, DAffine3::IDENTITY, active as f32);
         let mut times = Vec::new();
         for camera in cameras.iter().take(1).chain(cameras) {
             let started = Instant::now();

@@ -3,11 +3,7 @@
 use crate::{
     Plant, Result,
     model::FoliageModel,
-    render::{
-        image::Image,
-        software::{DrawList, DrawOptions, Painter, Tone},
-    },
-    srgb::linear_bytes,
+    render::software::{Background, DrawList, DrawOptions, Painter, Tone},
     stochastic::{AreaRule, Stochastic, contrast, lambda},
 };
 use glam::Vec3;
@@ -157,19 +153,7 @@ fn scaled_prefix(model: &FoliageModel, count: usize, scale: f32) -> Plant {
     plant
 }
 
-/// The mean colour of what pictures with alpha show, linear: of a plant's leaves, once light has reached them.
-pub fn mean_shaded(pictures: &[Image]) -> [f32; 3] {
-    let linear = linear_bytes().map(f64::from);
-    let (mut sum, mut weight) = ([0.0; 3], 0.0);
-    for pixel in pictures.iter().flat_map(|picture| picture.rgba.chunks_exact(4)) {
-        let alpha = f64::from(pixel[3]) / 255.0;
-        (0..3).for_each(|i| sum[i] += linear[pixel[i] as usize] * alpha);
-        weight += alpha;
-    }
-    sum.map(|channel| (channel / f64::max(weight, f64::MIN_POSITIVE)) as f32)
-}
-
 /// Options for pictures that are measured.
 pub fn measured(tone: Option<Tone>) -> DrawOptions {
-    DrawOptions { background: crate::render::software::Background::Transparent, wood: true, tone }
+    DrawOptions { background: Background::Transparent, tone, ..DrawOptions::default() }
 }

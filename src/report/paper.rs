@@ -328,7 +328,7 @@ impl<'a> Stage<'a> {
 
 fn standing(model: ModelId, place: DVec3, active: u32) -> Instance {
     let world_from_plant = DAffine3::from_translation(place);
-    Instance { model, world_from_plant, active: active as f32, window: 1.0, scales: None }
+    Instance::new(model, world_from_plant, active as f32)
 }
 
 fn camera(eye: DVec3, target: DVec3, aspect: f64) -> Camera {

@@ -3,7 +3,7 @@
 use super::{
     frames::{FrameTimes, extraction_seconds},
     held_out,
-    method::{Method, Reduced, Sample, mean_shaded, measured},
+    method::{Method, Reduced, Sample, measured},
     metrics::{Comparison, Quality},
 };
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
         camera::Camera,
         device::GpuDevice,
         image::Image,
-        software::{DrawList, DrawOptions, Painter},
+        software::{DrawList, DrawOptions, Painter, mean_color},
     },
 };
 use glam::DVec3;
@@ -107,7 +107,7 @@ impl<'a> Study<'a> {
         let painter = Painter::new(&self.plant.materials, &self.plant.textures)?;
         let bare = DrawOptions { wood: false, ..measured(None) };
         let list = DrawList::of_plant(self.plant);
-        Ok(mean_shaded(&pictures(&painter, &list, &self.cameras, self.options.sizes[0], bare)?))
+        Ok(mean_color(&pictures(&painter, &list, &self.cameras, self.options.sizes[0], bare)?))
     }
 
     /// How far `sample` is from the full plant at the size of that number.

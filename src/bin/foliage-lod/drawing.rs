@@ -58,13 +58,8 @@ fn on_gpu(model: &FoliageModel, planting: &Planting, counts: &[u32], size: [u32;
     let target = Offscreen::new(&gpu, size)?;
     let mut foliage = FoliageRenderer::new(gpu.device(), TARGET);
     let id = foliage.add_model(gpu.device(), gpu.queue(), model)?;
-    let instance = |(plant, &count): (&crate::planting::Standing, &u32)| Instance {
-        model: id,
-        world_from_plant: plant.world_from_plant,
-        active: count as f32,
-        window: 1.0,
-        scales: None,
-    };
+    let instance =
+        |(plant, &count): (&crate::planting::Standing, &u32)| Instance::new(id, plant.world_from_plant, count as f32);
     let instances: Vec<_> = planting.plants.iter().zip(counts).map(instance).collect();
     let prepared = foliage.prepare(gpu.device(), gpu.queue(), &planting.camera, &instances)?;
     let image = target.picture(&foliage)?;
@@ -76,8 +71,7 @@ fn on_cpu(model: &FoliageModel, planting: &Planting, counts: &[u32], size: [u32;
     let lists: BTreeMap<u32, DrawList<'_>> =
         counts.iter().map(|&count| (count, DrawList::of_model(model, count as usize))).collect();
     let plants = planting.plants.iter().zip(counts);
-    let placed: Vec<_> =
-        plants.map(|(plant, count)| Placed { list: &lists[count], world_from_plant: plant.world_from_plant }).collect();
+    let placed: Vec<_> = plants.map(|(plant, count)| Placed::new(&lists[count], plant.world_from_plant)).collect();
     let painter = Painter::new(&model.materials, &model.textures)?;
     let image = painter.draw_placed(&placed, &planting.camera, size, &DrawOptions::default())?;
     Ok(Drawing { image, draws: 1, adapter: None })

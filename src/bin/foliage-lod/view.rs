@@ -168,7 +168,7 @@ impl Stage for Viewer {
     fn prepare(&mut self, gpu: &GpuDevice, size: [u32; 2]) -> Result<()> {
         if self.coloring[0] != self.coloring[1] {
             self.coloring[1] = self.coloring[0];
-            self.foliage.set_coloring(gpu.device(), self.coloring[0]);
+            self.foliage.set_coloring(self.coloring[0]);
         }
         let active = self.share(size[1]) * self.leaves as f32;
         let active = if self.detail == Detail::Manual { active } else { active.max(fewest_leaves(self.leaves) as f32) };
@@ -176,8 +176,7 @@ impl Stage for Viewer {
         self.swap.set_active(active as u32);
         self.extraction_us = started.elapsed().as_secs_f64() * 1e6;
         let (active, window) = if self.is_smooth { (active, Transition::SMOOTH_WINDOW) } else { (active.round(), 1.0) };
-        let world_from_plant = DAffine3::IDENTITY;
-        let instance = Instance { model: self.id, world_from_plant, active, window, scales: None };
+        let instance = Instance { window, ..Instance::new(self.id, DAffine3::IDENTITY, active) };
         let started = Instant::now();
         self.prepared = self.foliage.prepare(gpu.device(), gpu.queue(), &self.camera(size), &[instance])?;
         smooth(&mut self.prepare_us, started.elapsed().as_secs_f64() * 1e6);

@@ -2,10 +2,11 @@
 
 use super::{Part, Placed};
 use crate::{
+    effects::wind::Sway,
     leaf::Vertex,
     render::{camera::Camera, mips::Mips},
 };
-use glam::{DAffine3, DMat4, DVec3, Vec3};
+use glam::{DMat4, DVec3, Vec3};
 
 /// Screen positions are whole multiples of 1/256 pixel, so that neighbours share their edge exactly.
 pub(super) const STEPS_PER_PIXEL: i64 = 256;
@@ -36,6 +37,8 @@ pub(super) struct ScreenTriangle {
     /// Texture level for one sample, and for one pixel.
     pub(super) level: [u8; 2],
     pub(super) is_leaf: bool,
+    /// Samples of a pixel that it may cover, one bit each.
+    pub(super) samples: u32,
     /// Largest 1/w of its corners.
     pub(super) nearest: f32,
 }
@@ -57,6 +60,7 @@ pub(super) fn project(
 ) -> Projected {
     let mut projector = Projector {
         plant: 0,
+        sway: None,
         camera_from_plant: camera.camera_from_world(),
         clip_from_camera: camera.clip_from_camera(),
         eye: camera.eye,
@@ -65,8 +69,8 @@ pub(super) fn project(
         out: Projected::default(),
     };
     for (number, plant) in (0..).zip(plants) {
-        projector.enter(number, &plant.world_from_plant, camera);
-        for part in plant.list.parts.iter().filter(|part| wood || part.is_leaf) {
+        projector.enter(number, plant, camera);
+        for part in plant.list.parts.iter().filter(|part| wood || part.leaf.is_some()) {
             let mips = mips.get(part.material as usize).and_then(Option::as_ref);
             projector.part(part, mips);
         }
@@ -85,6 +89,7 @@ struct Point {
 struct Projector {
     /// The plant being projected, and how the camera stands to it.
     plant: u32,
+    sway: Option<(Sway, [f32; 4])>,
     camera_from_plant: DMat4,
     clip_from_camera: DMat4,
     /// Plant space.
@@ -96,10 +101,11 @@ struct Projector {
 
 impl Projector {
     /// What follows belongs to plant `number`.
-    fn enter(&mut self, number: u32, world_from_plant: &DAffine3, camera: &Camera) {
+    fn enter(&mut self, number: u32, plant: &Placed<'_>, camera: &Camera) {
         self.plant = number;
-        self.camera_from_plant = camera.camera_from_world() * *world_from_plant;
-        self.eye = world_from_plant.inverse().transform_point3(camera.eye);
+        self.camera_from_plant = camera.camera_from_world() * plant.world_from_plant;
+        self.eye = plant.world_from_plant.inverse().transform_point3(camera.eye);
+        self.sway = plant.sway;
     }
 
     fn part(&mut self, part: &Part<'_>, mips: Option<&Mips>) {
@@ -114,12 +120,24 @@ impl Projector {
     fn point(&self, part: &Part<'_>, vertex: &Vertex) -> Point {
         let pivot = Vec3::from(part.pivot).as_dvec3();
         let offset = (Vec3::from(vertex.position).as_dvec3() - pivot) * part.scale as f64;
-        let in_plant = pivot + offset;
+        let (in_plant, vertex) = self.swayed(part, pivot, offset, *vertex);
         Point {
             in_camera: self.camera_from_plant.transform_point3(in_plant),
             from_eye: (in_plant - self.eye).as_vec3(),
-            vertex: *vertex,
+            vertex,
         }
+    }
+
+    /// Where the wind moves a corner and its normal.
+    fn swayed(&self, part: &Part<'_>, pivot: DVec3, offset: DVec3, vertex: Vertex) -> (DVec3, Vertex) {
+        let Some((sway, phases)) = &self.sway else { return (pivot + offset, vertex) };
+        let Some(leaf) = part.leaf else {
+            let rest = pivot + offset;
+            return (rest + sway.offset(rest.as_vec3(), *phases).as_dvec3(), vertex);
+        };
+        let turn = sway.turn(leaf, *phases);
+        let moved = pivot + sway.offset(pivot.as_vec3(), *phases).as_dvec3() + turn.as_dquat() * offset;
+        (moved, Vertex { normal: (turn * Vec3::from(vertex.normal)).to_array(), ..vertex })
     }
 
     fn triangle(&mut self, points: [Point; 3], part: &Part<'_>, mips: Option<&Mips>) {
@@ -173,7 +191,8 @@ impl Projector {
             material: part.material,
             plant: self.plant,
             level,
-            is_leaf: part.is_leaf,
+            is_leaf: part.leaf.is_some(),
+            samples: part.samples(),
             nearest,
         });
     }

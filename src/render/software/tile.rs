@@ -35,7 +35,7 @@ pub(super) struct Scene<'a> {
     pub(super) srgb: &'a SrgbTable,
     /// One for each plant.
     pub(super) lights: &'a [Light],
-    pub(super) tone: Option<Tone>,
+    pub(super) tones: &'a [Option<Tone>],
 }
 
 /// What the samples of one tile see.
@@ -93,7 +93,7 @@ impl Tile {
                 if triangle.nearest <= self.farthest[pixel] {
                     continue;
                 }
-                let mut covered = coverage(&edges, x, y);
+                let mut covered = coverage(&edges, x, y) & triangle.samples;
                 if covered != 0 {
                     covered = self.closer(pixel, covered, &depth, triangle.nearest, [x, y]);
                     let kept = mask.as_ref().map_or(covered, |mask| mask.passing(covered, &depth, [x, y]));
@@ -210,7 +210,7 @@ impl Tile {
         let light = &scene.lights[triangle.plant as usize];
         let from_eye = mix(&|i| corners[i].from_eye);
         let color = light.reflected(base * texel * factor, normal, from_eye, triangle.is_leaf, two_sided);
-        match scene.tone {
+        match scene.tones[triangle.plant as usize] {
             Some(tone) if triangle.is_leaf => toned(color.into(), tone.mean, tone.kept).into(),
             _ => color,
         }

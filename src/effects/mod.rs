@@ -1,0 +1,195 @@
+//! Effects: what is simulated or shaded beyond the plain prefix, each a switch with its parameters.
+//!
+//! An effect that is off costs nothing: renderers build neither pipeline nor buffer nor pass for it. One that is on is
+//! simulated only where it shows; [`Count`] tells how often that was.
+
+pub mod fade;
+mod switch;
+pub mod wind;
+
+pub use fade::{Fade, FadeBy};
+pub use wind::Wind;
+
+use crate::{Error, Result};
+use serde::Deserialize;
+
+/// Which effects a scene calls for. All are off by default.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Effects {
+    /// The last leaves of a prefix come and go gradually.
+    #[serde(deserialize_with = "switch::deserialize")]
+    pub fade: Option<Fade>,
+    /// Reduced plants keep the contrast of full ones.
+    #[serde(deserialize_with = "switch::deserialize")]
+    pub contrast: Option<Contrast>,
+    /// Leaves are lit as parts of a round crown.
+    #[serde(deserialize_with = "switch::deserialize")]
+    pub crown_normals: Option<CrownNormals>,
+    /// Trunk, branches and leaves move.
+    #[serde(deserialize_with = "switch::deserialize")]
+    pub wind: Option<Wind>,
+    /// Light shines through leaves towards who looks at the sun.
+    #[serde(deserialize_with = "switch::deserialize")]
+    pub translucency: Option<Translucency>,
+}
+
+/// Shaded colours of reduced plants are drawn to their mean (see [`stochastic::contrast`](crate::stochastic::contrast)).
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Contrast {
+    /// How much of the published reduction is taken: 0 (none) to 1.
+    pub strength: f32,
+}
+
+/// Normals of leaves are blended with the direction outwards from the crown.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CrownNormals {
+    /// Share of the crown's direction: 0 (the leaf's own normal) to 1 (a smooth ellipsoid).
+    pub blend: f32,
+}
+
+/// Light through leaves, brightest against the sun.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Translucency {
+    /// Share of the sun's light that passes a leaf: 0 to 1.
+    pub strength: f32,
+    /// How many times as much reaches an eye that looks straight at the sun: 0 to 16 more.
+    pub glow: f32,
+    /// How closely around the sun: the exponent of the cosine, 1 to 64.
+    pub sharpness: f32,
+}
+
+impl Default for Contrast {
+    fn default() -> Self {
+        Self { strength: 1.0 }
+    }
+}
+
+impl Default for CrownNormals {
+    fn default() -> Self {
+        Self { blend: 0.7 }
+    }
+}
+
+impl Default for Translucency {
+    fn default() -> Self {
+        Self { strength: 0.45, glow: 3.0, sharpness: 4.0 }
+    }
+}
+
+/// How often an effect was simulated and how often it could be left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Count {
+    /// Leaves (fade) or plants (all others) it was simulated for.
+    pub simulated: u64,
+    /// Those it would not have changed visibly.
+    pub skipped: u64,
+}
+
+impl Count {
+    /// Counts one plant.
+    pub fn add(&mut self, is_simulated: bool) {
+        self.simulated += u64::from(is_simulated);
+        self.skipped += u64::from(!is_simulated);
+    }
+}
+
+/// One [`Count`] for each effect that is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Leaves in the window, and those before it.
+    pub fade: Option<Count>,
+    /// Plants below full detail, and those at it.
+    pub contrast: Option<Count>,
+    /// All plants.
+    pub crown_normals: Option<Count>,
+    /// Plants that move by more than half a pixel, and the others.
+    pub wind: Option<Count>,
+    /// All plants.
+    pub translucency: Option<Count>,
+}
+
+impl Counts {
+    /// Zero for each effect that is on.
+    pub fn of(effects: &Effects) -> Self {
+        let zero = |is_on: bool| is_on.then(Count::default);
+        Self {
+            fade: zero(effects.fade.is_some()),
+            contrast: zero(effects.contrast.is_some()),
+            crown_normals: zero(effects.crown_normals.is_some()),
+            wind: zero(effects.wind.is_some()),
+            translucency: zero(effects.translucency.is_some()),
+        }
+    }
+
+    /// Names and counts of the effects that are on.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, Count)> {
+        [
+            ("fade", self.fade),
+            ("contrast", self.contrast),
+            ("crown_normals", self.crown_normals),
+            ("wind", self.wind),
+            ("translucency", self.translucency),
+        ]
+        .into_iter()
+        .filter_map(|(name, count)| Some((name, count?)))
+    }
+}
+
+impl Effects {
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] that names the first one out of its range.
+    pub fn check(&self) -> Result<()> {
+        if let Some(fade) = &self.fade {
+            fade.check()?;
+        }
+        if let Some(contrast) = &self.contrast {
+            within("effects.contrast.strength", contrast.strength, 0.0, 1.0)?;
+        }
+        if let Some(normals) = &self.crown_normals {
+            within("effects.crown_normals.blend", normals.blend, 0.0, 1.0)?;
+        }
+        if let Some(through) = &self.translucency {
+            within("effects.translucency.strength", through.strength, 0.0, 1.0)?;
+            within("effects.translucency.glow", through.glow, 0.0, 16.0)?;
+            within("effects.translucency.sharpness", through.sharpness, 1.0, 64.0)?;
+        }
+        self.wind.as_ref().map_or(Ok(()), Wind::check)
+    }
+}
+
+/// An error unless `value` lies in `least..=most`.
+fn within(option: &'static str, value: f32, least: f32, most: f32) -> Result<()> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::InvalidOption { option, value: value.to_string(), allowed: format!("from {least} to {most}") })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_within_their_ranges_and_each_number_beyond_is_named() {
+        let all = Effects {
+            fade: Some(Fade::default()),
+            contrast: Some(Contrast::default()),
+            crown_normals: Some(CrownNormals::default()),
+            wind: Some(Wind::default()),
+            translucency: Some(Translucency::default()),
+        };
+        all.check().unwrap();
+        assert_eq!(Counts::of(&all).named().count(), 5);
+        assert_eq!(Counts::of(&Effects::default()).named().count(), 0);
+        let odd = Effects { contrast: Some(Contrast { strength: f32::NAN }), ..all };
+        assert!(odd.check().unwrap_err().to_string().contains("effects.contrast.strength is NaN"));
+        let odd = Effects { wind: Some(Wind { strength: 7.0, ..Wind::default() }), ..all };
+        assert!(odd.check().unwrap_err().to_string().contains("effects.wind.strength is 7"));
+    }
+}

@@ -1,0 +1,312 @@
+//! What one frame draws, listed on the CPU: a record for each plant, runs of leaves, and draws grouped by what they need.
+
+use super::{
+    camera::Camera,
+    foliage::{Frame, Instance, Prepared},
+    leaf_pass::{self, Run},
+    look::{Look, Variant},
+    surface::{InstanceRecord, NO_SCALES},
+};
+use crate::{
+    bounds::Aabb,
+    effects::{
+        Counts,
+        wind::{Moment, Shape, Sway},
+    },
+    model::{FoliageModel, Leaf, Transition},
+    stochastic::contrast,
+};
+use glam::{DAffine3, DMat4, DVec3, Vec3};
+use std::ops::Range;
+
+/// What listing a frame needs to know of a model.
+pub(super) struct ModelFacts {
+    /// Origin of local space, in the plant's.
+    pub(super) center: DVec3,
+    /// One past the last index of each leaf.
+    pub(super) index_ends: Vec<u32>,
+    pub(super) has_wood: bool,
+    /// Farthest that anything is drawn from the centre, before the wind.
+    pub(super) reach: f32,
+    /// Entry n: farthest that a corner is drawn from its leaf's pivot at active count n or more.
+    leaf_reaches: Vec<f32>,
+    /// In local space.
+    pub(super) shape: Shape,
+    /// Mean shaded colour of the leaves, linear, where contrast is called for.
+    pub(super) mean: [f32; 3],
+}
+
+impl ModelFacts {
+    pub(super) fn new(model: &FoliageModel, mean: [f32; 3]) -> Self {
+        let sphere = model.sphere();
+        let reach = model.enlarged_sphere();
+        let wood = model.wood.vertices.iter();
+        let corners = || model.vertices.iter().chain(wood.clone()).map(|vertex| vertex.position);
+        let local = |position: [f32; 3]| (Vec3::from(position).as_dvec3() - sphere.center()).as_vec3().to_array();
+        let extents: Vec<f32> = model.leaves.iter().map(|leaf| extent(model, leaf)).collect();
+        let mut most = extents.iter().copied().fold(0.0, f32::max);
+        let mut leaf_reaches = vec![most; model.leaves.len() + 1];
+        for (n, leaf) in model.leaves.iter().enumerate().rev() {
+            most = leaf.target().map_or(most, |target| most.max(extents[target] * leaf.scale));
+            leaf_reaches[n] = most;
+        }
+        Self {
+            center: sphere.center(),
+            index_ends: model.leaves.iter().map(|leaf| leaf.indices[1]).collect(),
+            has_wood: !model.wood.indices.is_empty(),
+            reach: (reach.radius + reach.center().distance(sphere.center())) as f32,
+            leaf_reaches,
+            shape: Shape::new(&Aabb::of_points(corners().map(local))),
+            mean,
+        }
+    }
+}
+
+/// Farthest that a corner of the unscaled leaf lies from its pivot.
+fn extent(model: &FoliageModel, leaf: &Leaf) -> f32 {
+    let pivot = Vec3::from(leaf.pivot);
+    let corners = model.vertices[leaf.geometry().vertex_range()].iter();
+    corners.map(|corner| pivot.distance(corner.position.into())).fold(0.0, f32::max)
+}
+
+/// The mean colour and contrast of one plant, as `contrast.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Tone {
+    /// Mean shaded colour of the leaves, linear.
+    pub mean: [f32; 3],
+    /// Share of a colour's distance from it that stays.
+    pub kept: f32,
+}
+
+/// Plants of one model that need the same shaders.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Batch {
+    pub(super) model: usize,
+    pub(super) variant: Variant,
+    pub(super) instances: Range<u32>,
+    /// Runs whose leaves are all there.
+    pub(super) whole: Range<u32>,
+    /// Runs with leaves that fade by alpha.
+    pub(super) fading: Range<u32>,
+}
+
+/// The lists of one frame; kept between frames, so that a frame allocates nothing once they have grown.
+#[derive(Default)]
+pub(super) struct FrameList {
+    pub(super) records: Vec<InstanceRecord>,
+    pub(super) runs: Vec<Run>,
+    pub(super) batches: Vec<Batch>,
+    /// Parallel to `records`; empty where the effect is off.
+    pub(super) tones: Vec<Tone>,
+    pub(super) sways: Vec<Sway>,
+    /// Phases of the wind.
+    pub(super) phases: [f32; 4],
+    /// Model, variant and number of each instance, in drawing order.
+    order: Vec<(usize, Variant, usize)>,
+    /// Runs that fade, until the batch's whole runs are listed.
+    fading: Vec<Run>,
+}
+
+impl FrameList {
+    /// Lists records, runs and batches, model by model.
+    pub(super) fn fill(
+        &mut self,
+        look: &Look,
+        models: &[ModelFacts],
+        frame: &Frame,
+        instances: &[Instance],
+    ) -> Prepared {
+        self.clear();
+        let eye = Eye::new(frame);
+        let moment = look.effects.wind.map(|wind| wind.at(frame.seconds));
+        self.phases = moment.map_or([0.0; 4], |moment| moment.phases());
+        let mut prepared = Prepared { effects: Counts::of(&look.effects), ..Prepared::default() };
+        self.sort(look, models, &eye, instances);
+        let mut at = 0;
+        while let Some(&(model, variant, _)) = self.order.get(at) {
+            let end = at + self.order[at..].iter().take_while(|next| (next.0, next.1) == (model, variant)).count();
+            self.batch(look, models, &eye, moment.as_ref(), instances, at..end, &mut prepared);
+            at = end;
+        }
+        prepared.instances = self.records.len() as u32;
+        prepared
+    }
+
+    /// Forgets what is to be drawn.
+    pub(super) fn clear(&mut self) {
+        self.records.clear();
+        self.runs.clear();
+        self.batches.clear();
+        self.tones.clear();
+        self.sways.clear();
+    }
+
+    /// Puts plants that need the same shaders beside each other.
+    fn sort(&mut self, look: &Look, models: &[ModelFacts], eye: &Eye, instances: &[Instance]) {
+        self.order.clear();
+        let known = instances.iter().enumerate().filter(|(_, instance)| instance.model.0 < models.len());
+        self.order.extend(known.map(|(i, instance)| {
+            let model = &models[instance.model.0];
+            let moves = look.effects.wind.is_some_and(|wind| {
+                let n = (instance.active as usize).min(model.index_ends.len());
+                let reach = wind.reach(&model.shape, model.leaf_reaches[n] * instance.leaf_scale);
+                eye.moves_visibly(model, instance, reach)
+            });
+            let is_reduced = instance.active < model.index_ends.len() as f32;
+            let contrast = look.effects.contrast.is_some() && is_reduced;
+            (instance.model.0, Variant { wind: moves, contrast, alpha: false }, i)
+        }));
+        self.order.sort_unstable();
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one frame's worth of context, used here alone")]
+    fn batch(
+        &mut self,
+        look: &Look,
+        models: &[ModelFacts],
+        eye: &Eye,
+        moment: Option<&Moment>,
+        instances: &[Instance],
+        range: Range<usize>,
+        prepared: &mut Prepared,
+    ) {
+        let (number, variant, _) = self.order[range.start];
+        let model = &models[number];
+        let [first_record, first_run] = [self.records.len() as u32, self.runs.len() as u32];
+        self.fading.clear();
+        for i in range {
+            let instance = &instances[self.order[i].2];
+            let Some(record) = eye.record(model, instance, look) else {
+                prepared.skipped += 1;
+                continue;
+            };
+            prepared.leaves += u64::from(record.drawn);
+            let at = self.records.len() as u32;
+            let split = first_fading_run(&record, model, look);
+            self.runs.extend((0..split).map(|run| [at, run]));
+            self.fading.extend((split..leaf_pass::runs(record.index_end)).map(|run| [at, run]));
+            count(&mut prepared.effects, &record, variant);
+            if let Some(effect) = look.effects.contrast {
+                self.tones.push(tone(model, instance, effect.strength));
+            }
+            if let Some(moment) = moment {
+                self.sways.push(moment.sway(&model.shape, &instance.world_from_plant));
+            }
+            self.records.push(record);
+        }
+        let whole = first_run..self.runs.len() as u32;
+        self.runs.extend_from_slice(&self.fading);
+        let fading = whole.end..self.runs.len() as u32;
+        let instances = first_record..self.records.len() as u32;
+        if !instances.is_empty() {
+            let draws = [model.has_wood, !whole.is_empty(), !fading.is_empty()];
+            prepared.draws += draws.into_iter().map(u32::from).sum::<u32>();
+            self.batches.push(Batch { model: number, variant, instances, whole, fading });
+        }
+    }
+}
+
+/// The first run with a leaf that is there in part by alpha; one past the last where none is.
+fn first_fading_run(record: &InstanceRecord, model: &ModelFacts, look: &Look) -> u32 {
+    let end = leaf_pass::runs(record.index_end);
+    if !look.fades_by_alpha() || record.first_partial >= record.drawn {
+        return end;
+    }
+    let first_index = record.first_partial.checked_sub(1).map_or(0, |last| model.index_ends[last as usize]);
+    (first_index / super::surface::RUN_INDICES).min(end)
+}
+
+fn count(counts: &mut Counts, record: &InstanceRecord, variant: Variant) {
+    if let Some(fade) = &mut counts.fade {
+        let whole = record.first_partial.min(record.drawn);
+        fade.simulated += u64::from(record.drawn - whole);
+        fade.skipped += u64::from(whole);
+    }
+    let plants = [
+        (&mut counts.contrast, variant.contrast),
+        (&mut counts.wind, variant.wind),
+        (&mut counts.crown_normals, true),
+        (&mut counts.translucency, true),
+    ];
+    for (count, is_simulated) in plants {
+        if let Some(count) = count {
+            count.add(is_simulated);
+        }
+    }
+}
+
+fn tone(model: &ModelFacts, instance: &Instance, strength: f32) -> Tone {
+    let lambda = f64::from(instance.active) / model.index_ends.len().max(1) as f64;
+    let kept = contrast::kept(crate::stochastic::lambda::floored(lambda)) as f32;
+    Tone { mean: model.mean, kept: 1.0 + strength * (kept - 1.0) }
+}
+
+/// The camera of a frame.
+struct Eye {
+    at: DVec3,
+    clip_from_world: DMat4,
+    /// Pixels that a length of 1 takes at a distance of 1.
+    pixels: f64,
+    near: f64,
+}
+
+impl Eye {
+    fn new(frame: &Frame) -> Self {
+        let Camera { eye, near, .. } = frame.camera;
+        let clip_from_camera = frame.camera.clip_from_camera();
+        Self {
+            at: eye,
+            clip_from_world: frame.camera.clip_from_world(),
+            pixels: 0.5 * f64::from(frame.height_px) * clip_from_camera.y_axis.y,
+            near,
+        }
+    }
+
+    /// Whether something that moves by `reach`, in plant units, moves by more than half a pixel.
+    fn moves_visibly(&self, model: &ModelFacts, instance: &Instance, reach: f32) -> bool {
+        let to_world = instance.world_from_plant;
+        let scale = (0..3).map(|i| to_world.matrix3.col(i).length()).fold(0.0, f64::max);
+        let middle = self.clip_from_world * to_world.transform_point3(model.center).extend(1.0);
+        let nearest = (middle.w - f64::from(model.reach + reach) * scale).max(self.near);
+        f64::from(reach) * scale * self.pixels > 0.5 * nearest
+    }
+
+    /// What the shaders are told of one plant; `None` where its transform cannot be drawn. Composed in `f64`, so that plants
+    /// far from the origin stay sharp.
+    fn record(&self, model: &ModelFacts, instance: &Instance, look: &Look) -> Option<InstanceRecord> {
+        let world_from_local = instance.world_from_plant * DAffine3::from_translation(model.center);
+        let local_from_world = world_from_local.inverse();
+        let clip_from_local = (self.clip_from_world * world_from_local).as_mat4();
+        let eye_local = local_from_world.transform_point3(self.at).as_vec3();
+        if !(clip_from_local.is_finite() && eye_local.is_finite()) {
+            return None;
+        }
+        let turned =
+            |direction: DVec3| local_from_world.transform_vector3(direction).normalize_or_zero().as_vec3().to_array();
+        let leaves = model.index_ends.len() as u32;
+        let scales = instance.scales.filter(|scales| scales.leaves == leaves);
+        let transition = match (scales, look.effects.fade) {
+            (Some(_), _) => Transition::new(f64::from(instance.active.floor()), 1.0, leaves),
+            (None, Some(fade)) => fade.transition(f64::from(instance.active), leaves),
+            (None, None) => Transition::new(f64::from(instance.active), instance.window, leaves),
+        };
+        let (active_count, fraction, window) = transition.parts();
+        let drawn = transition.drawn();
+        Some(InstanceRecord {
+            clip_from_local: clip_from_local.to_cols_array_2d(),
+            eye_local: eye_local.to_array(),
+            fraction,
+            sun_local: turned(look.lighting.towards_sun.as_dvec3()),
+            active_count,
+            up_local: turned(DVec3::Y),
+            index_end: drawn.checked_sub(1).map_or(0, |last| model.index_ends[last as usize]),
+            first_partial: transition.first_partial(),
+            window,
+            drawn,
+            first_scale: scales.map_or(NO_SCALES, |scales| scales.first),
+            leaf_scale: instance.leaf_scale,
+            padding: [0.0; 3],
+        })
+    }
+}
