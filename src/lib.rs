@@ -43,7 +43,7 @@ pub mod file;
 pub mod leaf;
 pub mod material;
 pub mod plant;
-#[cfg(feature = "simplify")]
+#[cfg(any(feature = "simplify", feature = "scene"))]
 mod random;
 #[cfg(any(feature = "simplify", feature = "render"))]
 mod srgb;

@@ -8,6 +8,7 @@
 /// Increment of the Weyl sequence: 2^64 over the golden ratio, made odd.
 const GOLDEN_GAMMA: u64 = 0x9E37_79B9_7F4A_7C15;
 /// 2^-24: turns the upper 24 bits of a draw into a float in [0, 1) that f32 holds exactly.
+#[cfg(feature = "simplify")]
 const UNIT: f32 = 1.0 / 16_777_216.0;
 
 /// A stream of random numbers.
@@ -23,6 +24,7 @@ impl Random {
     }
 
     /// The stream of the `index`-th part of `seed`: neighbours share nothing visible.
+    #[cfg(feature = "simplify")]
     pub fn of_part(seed: u64, index: u64) -> Self {
         Self::new(mix(seed).wrapping_add(mix(index.wrapping_add(1))))
     }
@@ -34,16 +36,25 @@ impl Random {
     }
 
     /// Uniform in [0, 1).
+    #[cfg(feature = "simplify")]
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 * UNIT
     }
 
     /// Uniform in [-1, 1).
+    #[cfg(feature = "simplify")]
     pub fn signed(&mut self) -> f32 {
         2.0 * self.unit() - 1.0
     }
 
+    /// Uniform in [-1, 1), in steps of 2^-52.
+    #[cfg(feature = "scene")]
+    pub fn wide_signed(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
     /// `value` +- `variation`, uniform.
+    #[cfg(feature = "simplify")]
     pub fn vary(&mut self, value: f32, variation: f32) -> f32 {
         value + variation * self.signed()
     }
@@ -56,7 +67,7 @@ fn mix(bits: u64) -> u64 {
     bits ^ (bits >> 31)
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "simplify"))]
 mod tests {
     use super::*;
 

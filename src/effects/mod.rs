@@ -125,6 +125,12 @@ impl Counts {
         }
     }
 
+    /// Counts one plant for which every effect but `fade` was simulated.
+    pub fn add_plant(&mut self) {
+        let counts = [&mut self.contrast, &mut self.crown_normals, &mut self.wind, &mut self.translucency];
+        counts.into_iter().flatten().for_each(|count| count.add(true));
+    }
+
     /// Names and counts of the effects that are on.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, Count)> {
         [

@@ -225,6 +225,19 @@ impl Species {
         Self::from_toml(text, Path::new(&format!("{name}.toml")))
     }
 
+    /// An embedded species by its name, or one in a `.toml` file.
+    ///
+    /// # Errors
+    /// Those of [`embedded`](Self::embedded) and [`from_toml`](Self::from_toml), and [`Error::Io`].
+    pub fn named(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            return Self::embedded(&path.to_string_lossy());
+        }
+        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        Self::from_toml(&text, path)
+    }
+
     /// Reads a species; `origin` stands in messages.
     ///
     /// # Errors

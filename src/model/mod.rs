@@ -13,6 +13,7 @@ pub use assemble::Prune;
 pub use timeline::{Timeline, Transition};
 
 use crate::{
+    Plant,
     bounds::{Aabb, Sphere},
     leaf::{LeafGeometry, Vertex},
     material::{Material, Texture},
@@ -120,6 +121,19 @@ impl FoliageModel {
     /// Triangles of all leaves.
     pub fn leaf_triangles(&self) -> usize {
         self.indices.len() / 3
+    }
+
+    /// The plant that the model was made of, its leaves in drawing order.
+    pub fn plant(&self) -> Plant {
+        Plant {
+            name: self.name.clone(),
+            vertices: self.vertices.clone(),
+            indices: self.indices.clone(),
+            leaves: self.leaves.iter().map(Leaf::geometry).collect(),
+            wood: self.wood.clone(),
+            materials: self.materials.clone(),
+            textures: self.textures.clone(),
+        }
     }
 
     /// Box around foliage and wood at full detail: the plant's own. O(vertices).

@@ -3,9 +3,11 @@
 use crate::failure::Failure;
 use clap::{Parser, Subcommand, ValueEnum};
 use foliage_lod::{
+    effects::{FadeBy, fade::Rule},
     import::{Group, ImportOptions},
     render::image::MAX_IMAGE_SIDE,
     simplify::{Compensate, SimplifyOptions, options::Criterion},
+    stochastic::AreaRule,
 };
 use std::path::PathBuf;
 
@@ -29,7 +31,7 @@ pub enum Command {
     Inspect(Inspect),
     /// Grow a tree and write it as GLB.
     Grow(Grow),
-    /// Draw a model into a PNG file.
+    /// Draw a model or a scene into a PNG file.
     Render(Render),
     /// Measure frame and extraction times as tables, plots and pictures.
     Report(Report),
@@ -178,7 +180,7 @@ pub struct Grow {
 /// `foliage-lod render`.
 #[derive(Parser)]
 pub struct Render {
-    /// The model (.vds).
+    /// The model (.vds), or a scene (.toml).
     pub model: PathBuf,
     /// The picture to write.
     #[arg(short, long, value_name = "OUT.png")]
@@ -205,9 +207,36 @@ pub struct Render {
     /// Width and height in pixels.
     #[arg(long, value_name = "WxH", default_value = "768x768", value_parser = size)]
     pub size: [u32; 2],
-    /// The prefix at its level of detail, or every leaf.
+    /// The prefix at its level of detail, a random part of the leaves with the others enlarged, or every leaf.
     #[arg(long, value_enum, default_value_t = Method::Vds)]
     pub method: Method,
+    /// Which leaves a stochastic picture keeps.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// How much larger the leaves of a stochastic picture are.
+    #[arg(long, value_enum, default_value_t = AreaName::Visible)]
+    pub area: AreaName,
+    /// The last leaves come and go gradually.
+    #[arg(long, value_enum)]
+    pub fade: Option<FadeRule>,
+    /// What of a leaf that comes or goes changes.
+    #[arg(long, value_enum, default_value_t = FadeByName::Size, requires = "fade")]
+    pub fade_by: FadeByName,
+    /// Fewer, larger leaves keep the contrast of many small ones.
+    #[arg(long)]
+    pub contrast: bool,
+    /// Leaves are lit as parts of a round crown.
+    #[arg(long)]
+    pub crown_normals: bool,
+    /// Light shines through leaves.
+    #[arg(long)]
+    pub translucency: bool,
+    /// Trunk, branches and leaves move in a breeze.
+    #[arg(long)]
+    pub wind: bool,
+    /// Time of what moves.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub seconds: f64,
     /// What draws; auto takes a GPU where one answers.
     #[arg(long, value_enum, default_value_t = Raster::Auto)]
     pub raster: Raster,
@@ -278,8 +307,96 @@ pub enum Raster {
 pub enum Method {
     /// The active prefix with its enlarged leaves.
     Vds,
+    /// A random part of the leaves, all enlarged alike (Cook et al.).
+    Stochastic,
     /// Every leaf.
     Full,
+}
+
+/// Names of the rules for the leaves of stochastic pictures.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum AreaName {
+    /// The visible area stays what it is (Cook et al., Equation 6).
+    Visible,
+    /// The surface area stays what it is (Cook et al., Equation 3).
+    Surface,
+    /// 1/lambda as a linear factor (Gomez).
+    Linear,
+    /// No leaf grows.
+    None,
+}
+
+/// Names of the published fades.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FadeRule {
+    /// A tenth of the leaves to either side, in a straight line (Cook et al.).
+    Window,
+    /// The last 5 % of those drawn (Gomez).
+    Trailing,
+    /// A tenth of those drawn to either side (Fichtner).
+    Relative,
+    /// As window, without a kink.
+    Smoothstep,
+}
+
+/// What of a fading leaf changes.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FadeByName {
+    /// Its size.
+    Size,
+    /// The share of each pixel that it covers.
+    Alpha,
+}
+
+impl AreaName {
+    /// As the library takes it.
+    pub fn rule(self) -> AreaRule {
+        match self {
+            Self::Visible => AreaRule::Visible,
+            Self::Surface => AreaRule::Surface,
+            Self::Linear => AreaRule::Linear,
+            Self::None => AreaRule::None,
+        }
+    }
+}
+
+impl From<FadeRule> for Rule {
+    fn from(rule: FadeRule) -> Self {
+        match rule {
+            FadeRule::Window | FadeRule::Smoothstep => Self::Window,
+            FadeRule::Trailing => Self::Trailing,
+            FadeRule::Relative => Self::Relative,
+        }
+    }
+}
+
+impl From<FadeByName> for FadeBy {
+    fn from(by: FadeByName) -> Self {
+        match by {
+            FadeByName::Size => Self::Size,
+            FadeByName::Alpha => Self::Alpha,
+        }
+    }
+}
+
+impl Render {
+    /// Options that a scene file takes the place of, and whether they are given.
+    pub fn not_for_scenes(&self) -> [(&'static str, bool); 12] {
+        [
+            ("--distance", self.distance.is_some()),
+            ("--row", self.row.is_some()),
+            ("--ring", self.ring.is_some()),
+            ("--grid", self.grid.is_some()),
+            ("--lod", self.lod.is_some()),
+            ("--leaves-count", self.leaves_count.is_some()),
+            ("--method stochastic", self.method == Method::Stochastic),
+            ("--fade", self.fade.is_some()),
+            ("--contrast", self.contrast),
+            ("--crown-normals", self.crown_normals),
+            ("--translucency", self.translucency),
+            ("--wind", self.wind),
+        ]
+    }
 }
 
 /// Reads the command line.

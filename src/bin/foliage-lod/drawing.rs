@@ -1,18 +1,24 @@
-//! Draws plants, on a GPU where one answers.
+//! Draws what is staged, on a GPU where one answers.
 
-use crate::{args::Raster, planting::Planting};
+use crate::{
+    args::Raster,
+    staging::{Shown, Staging},
+};
 use foliage_lod::{
     Error, Result,
-    model::FoliageModel,
+    effects::{Counts, Fade, wind::Shape},
+    material::{Material, Texture},
+    model::{FoliageModel, Timeline},
     render::{
         device::{GpuDevice, GpuOptions},
-        foliage::{FoliageRenderer, Instance},
+        foliage::{FoliageRenderer, Frame, Instance},
         image::Image,
         offscreen::{Offscreen, TARGET},
-        software::{DrawList, DrawOptions, Painter, Placed},
+        software::{DrawList, DrawOptions, Drawn, Painter, Placed, Tone, mean_leaf_color},
     },
+    stochastic::{contrast, lambda},
 };
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 /// Most triangles in one picture drawn on the CPU: 2 GB.
 const MOST_CPU_TRIANGLES: u64 = 1 << 23;
@@ -23,6 +29,10 @@ pub struct Drawing {
     pub image: Image,
     /// Draw calls.
     pub draws: u32,
+    /// Leaves of all plants, those on their way included.
+    pub leaves: u64,
+    /// For how much each effect was simulated.
+    pub effects: Counts,
     /// Name of the adapter; `None` on the CPU.
     pub adapter: Option<String>,
 }
@@ -34,56 +44,107 @@ impl Drawing {
     }
 }
 
-/// Draws the first `counts[i]` leaves of plant `i`.
+/// Draws what is staged.
 ///
 /// # Errors
 /// Those of the GPU when only it would do, else those of the CPU drawer, and [`Error::TooLarge`] for a picture that takes
 /// too much memory there.
-pub fn draw(
-    raster: Raster,
-    model: &FoliageModel,
-    planting: &Planting,
-    counts: &[u32],
-    size: [u32; 2],
-) -> Result<Drawing> {
+pub fn draw(raster: Raster, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     match raster {
-        Raster::Cpu => on_cpu(model, planting, counts, size),
-        Raster::Gpu => on_gpu(model, planting, counts, size),
-        Raster::Auto => on_gpu(model, planting, counts, size).or_else(|_| on_cpu(model, planting, counts, size)),
+        Raster::Cpu => on_cpu(staging, size),
+        Raster::Gpu => on_gpu(staging, size),
+        Raster::Auto => on_gpu(staging, size).or_else(|_| on_cpu(staging, size)),
     }
 }
 
-fn on_gpu(model: &FoliageModel, planting: &Planting, counts: &[u32], size: [u32; 2]) -> Result<Drawing> {
+fn on_gpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     let gpu = GpuDevice::new(&GpuOptions::from_env())?;
     let target = Offscreen::new(&gpu, size)?;
-    let mut foliage = FoliageRenderer::new(gpu.device(), TARGET);
-    let id = foliage.add_model(gpu.device(), gpu.queue(), model)?;
-    let instance =
-        |(plant, &count): (&crate::planting::Standing, &u32)| Instance::new(id, plant.world_from_plant, count as f32);
-    let instances: Vec<_> = planting.plants.iter().zip(counts).map(instance).collect();
-    let prepared = foliage.prepare(gpu.device(), gpu.queue(), &planting.camera, &instances)?;
-    let image = target.picture(&foliage)?;
-    Ok(Drawing { image, draws: prepared.draws, adapter: Some(gpu.adapter_name()) })
-}
-
-fn on_cpu(model: &FoliageModel, planting: &Planting, counts: &[u32], size: [u32; 2]) -> Result<Drawing> {
-    check_triangles(model, counts)?;
-    let lists: BTreeMap<u32, DrawList<'_>> =
-        counts.iter().map(|&count| (count, DrawList::of_model(model, count as usize))).collect();
-    let plants = planting.plants.iter().zip(counts);
-    let placed: Vec<_> = plants.map(|(plant, count)| Placed::new(&lists[count], plant.world_from_plant)).collect();
-    let painter = Painter::new(&model.materials, &model.textures)?;
-    let image = painter.draw_placed(&placed, &planting.camera, size, &DrawOptions::default())?;
-    Ok(Drawing { image, draws: 1, adapter: None })
-}
-
-fn check_triangles(model: &FoliageModel, counts: &[u32]) -> Result<()> {
-    let of_leaves = |&count: &u32| {
-        let last = (count as usize).checked_sub(1).and_then(|last| model.leaves.get(last));
-        last.map_or(0, |leaf| u64::from(leaf.indices[1] / 3))
+    let (device, queue) = (gpu.device(), gpu.queue());
+    let mut foliage = FoliageRenderer::with_look(device, TARGET, staging.look);
+    let added = staging.models.iter().map(|model| foliage.add_model(device, queue, model));
+    let ids = added.collect::<Result<Vec<_>>>()?;
+    let instance = |plant: &Shown| Instance {
+        leaf_scale: plant.leaf_scale,
+        ..Instance::new(ids[plant.model], plant.world_from_plant, plant.active)
     };
-    let wood = model.wood.triangles() as u64 * counts.len() as u64;
-    let value = wood + counts.iter().map(of_leaves).sum::<u64>();
+    let instances: Vec<_> = staging.plants.iter().map(instance).collect();
+    let frame = Frame::new(&staging.camera, size[1]).at(staging.seconds);
+    let prepared = foliage.prepare(device, queue, frame, &instances)?;
+    let image = target.picture(&foliage)?;
+    let (draws, leaves, effects) = (prepared.draws, prepared.leaves, prepared.effects);
+    Ok(Drawing { image, draws, leaves, effects, adapter: Some(gpu.adapter_name()) })
+}
+
+/// Everything is simulated here: the CPU draws a picture, not an animation.
+fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
+    check_triangles(staging)?;
+    let Staging { models, plants, look, .. } = staging;
+    let effects = &look.effects;
+    let lighting = look.lighting.with_effects(effects);
+    let (materials, textures, first_materials) = merged(models);
+    let timelines: Vec<Timeline> = models.iter().map(Timeline::new).collect();
+    let key = |plant: &Shown| (plant.model, plant.active.to_bits(), plant.leaf_scale.to_bits());
+    let mut lists = HashMap::new();
+    for plant in plants {
+        lists.entry(key(plant)).or_insert_with(|| {
+            let model = &models[plant.model];
+            let fade = effects.fade.unwrap_or(Fade { half_width: 0.0, ..Fade::default() });
+            let transition = fade.transition(f64::from(plant.active), model.leaves.len() as u32);
+            let drawn = Drawn { transition, by: fade.by, leaf_scale: plant.leaf_scale };
+            let mut list = DrawList::of_drawn(model, &timelines[plant.model], &drawn);
+            list.parts.iter_mut().for_each(|part| part.material += first_materials[plant.model]);
+            list
+        });
+    }
+    let means = models.iter().map(|model| mean_leaf_color(model, &lighting));
+    let means: Vec<_> = if effects.contrast.is_some() { means.collect::<Result<_>>()? } else { Vec::new() };
+    let shapes: Vec<Shape> = models.iter().map(|model| Shape::new(&model.aabb())).collect();
+    let moment = effects.wind.map(|wind| wind.at(staging.seconds));
+    let mut counts = Counts::of(effects);
+    let mut placed = Vec::new();
+    for plant in plants {
+        let lambda = f64::from(plant.active) / models[plant.model].leaves.len() as f64;
+        let tone = effects.contrast.map(|effect| Tone {
+            kept: 1.0 + effect.strength * (contrast::kept(lambda::floored(lambda)) as f32 - 1.0),
+            mean: means[plant.model],
+        });
+        let sway = moment.map(|moment| (moment.sway(&shapes[plant.model], &plant.world_from_plant), moment.phases()));
+        placed.push(Placed { tone, sway, ..Placed::new(&lists[&key(plant)], plant.world_from_plant) });
+        counts.add_plant();
+    }
+    let painter = Painter::new(&materials, &textures)?;
+    let options = DrawOptions { lighting, ..DrawOptions::default() };
+    let image = painter.draw_placed(&placed, &staging.camera, size, &options)?;
+    let of_leaves = |placed: &Placed<'_>| placed.list.parts.iter().filter(|part| part.leaf.is_some()).count() as u64;
+    let leaves = placed.iter().map(of_leaves).sum();
+    Ok(Drawing { image, draws: 1, leaves, effects: counts, adapter: None })
+}
+
+/// Materials and textures of all models, and where each model's materials begin.
+fn merged(models: &[FoliageModel]) -> (Vec<Material>, Vec<Texture>, Vec<u32>) {
+    let (mut materials, mut textures, mut firsts) = (Vec::new(), Vec::new(), Vec::new());
+    for model in models {
+        firsts.push(materials.len() as u32);
+        let first_texture = textures.len() as u32;
+        let moved = |material: &Material| Material {
+            texture: material.texture.map(|texture| texture + first_texture),
+            ..material.clone()
+        };
+        materials.extend(model.materials.iter().map(moved));
+        textures.extend(model.textures.iter().cloned());
+    }
+    (materials, textures, firsts)
+}
+
+fn check_triangles(staging: &Staging<'_>) -> Result<()> {
+    let of_plant = |plant: &Shown| {
+        let model = &staging.models[plant.model];
+        let last = (plant.active.ceil() as usize).min(model.leaves.len()).checked_sub(1);
+        let of_leaves = last.map_or(0, |last| u64::from(model.leaves[last].indices[1] / 3));
+        model.wood.triangles() as u64 + of_leaves
+    };
+    let value = staging.plants.iter().map(of_plant).sum::<u64>();
     if value <= MOST_CPU_TRIANGLES {
         return Ok(());
     }

@@ -7,17 +7,15 @@ use crate::{
     progress::spinning,
 };
 use foliage_lod::{
-    Error,
     file::{check_writable, write_whole},
     grow::{GrowOptions, Species, glb::write_glb, grow},
 };
 use serde_json::json;
-use std::path::Path;
 
 /// Runs the subcommand.
 pub fn run(args: &args::Grow) -> Result<(), Failure> {
     check_writable(&args.output)?;
-    let species = species(&args.species)?;
+    let species = Species::named(&args.species)?;
     let mut steps = Steps::new(args.json);
     let options = GrowOptions { leaves: args.leaves, seed: args.seed };
     let plant = spinning("growing", || grow(&species, &options))?;
@@ -37,14 +35,4 @@ pub fn run(args: &args::Grow) -> Result<(), Failure> {
         }))?;
     }
     Ok(())
-}
-
-/// An embedded species by its name, or one from a file.
-fn species(name: &str) -> foliage_lod::Result<Species> {
-    let path = Path::new(name);
-    if path.extension().is_none_or(|extension| extension != "toml") {
-        return Species::embedded(name);
-    }
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
-    Species::from_toml(&text, path)
 }

@@ -17,7 +17,9 @@ mod quickstart;
 mod raster;
 mod render;
 mod report;
+mod scene;
 mod simplify;
+mod staging;
 mod study;
 #[cfg(feature = "viewer")]
 mod view;

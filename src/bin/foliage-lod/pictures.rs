@@ -65,7 +65,8 @@ pub fn count_at(model: &FoliageModel, distance: f32) -> u32 {
     leaf_count(Blend::default().lod(&sight(model, distance)), leaves, fewest_leaves(leaves))
 }
 
-fn sight(model: &FoliageModel, distance: f32) -> Sight {
+/// How a plant `distance` radii away is seen on that screen.
+pub fn sight(model: &FoliageModel, distance: f32) -> Sight {
     let radius = model.sphere().radius as f32;
     Sight { distance: distance * radius, radius, fov_y: REFERENCE_FOV_Y, height_px: SCREEN_HEIGHT_PX as f32 }
 }

@@ -1,4 +1,4 @@
-//! `foliage-lod render`: a model becomes a picture.
+//! `foliage-lod render`: a model or a scene becomes a picture.
 
 use crate::{
     args::{self, Method},
@@ -6,33 +6,95 @@ use crate::{
     failure::Failure,
     output::{self, Steps, grouped},
     pictures,
-    planting::{Planting, Standing},
+    planting::Planting,
     progress::spinning,
+    scene::{self, Opened},
+    staging::Staging,
 };
-use foliage_lod::{Error, extract::leaf_count, file, model::FoliageModel};
-use serde_json::json;
+use foliage_lod::{
+    Error, Result,
+    effects::{Contrast, CrownNormals, Effects, Fade, Translucency, Wind},
+    extract::{
+        LodPolicy, leaf_count,
+        lod::{CookLambda, fewest_leaves},
+    },
+    file,
+    model::FoliageModel,
+    render::look::Look,
+    simplify::raster::CpuFragments,
+    stochastic::Stochastic,
+};
+use serde_json::{Map, Value, json};
 
 /// Runs the subcommand.
-pub fn run(args: &args::Render) -> Result<(), Failure> {
+pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     check_numbers(args)?;
     file::check_writable(&args.output)?;
     let mut steps = Steps::new(args.json);
+    if scene::is_scene(&args.model) {
+        scene::refuse(&args.not_for_scenes())?;
+        let mut opened = Opened::open(&args.model, &mut steps)?;
+        let all = opened.plants();
+        let staging = opened.staging(args.seconds, args.size, args.method == Method::Full);
+        return finish(args, &staging, all, &mut steps);
+    }
     let model = FoliageModel::read(&args.model)?;
-    let planting = planting(args, &model)?;
-    let counts: Vec<u32> = planting.plants.iter().map(|plant| active_count(args, &model, plant)).collect();
     steps.done("read", format!("{}: {} leaves", model.name, grouped(model.leaves.len() as u64)))?;
-    let drawing = spinning("drawing", || drawing::draw(args.raster, &model, &planting, &counts, args.size))?;
+    let planting = planting(args, &model)?;
+    let look = Look { effects: effects(args), ..Look::default() };
+    look.effects.check()?;
+    let plants = planting.plants.len();
+    if args.method == Method::Stochastic {
+        let plant = model.plant();
+        let plant = spinning("shuffling", || Stochastic::new(&plant, args.seed, &mut CpuFragments::new()))?;
+        steps.done("shuffle", format!("seed {}, visible share {:.2e}", args.seed, plant.visible_share))?;
+        let area = args.area.rule();
+        let drawn = |distance| {
+            let n = active_count(args, &plant.model, distance);
+            let lambda = n as f64 / plant.model.leaves.len() as f64;
+            (n as f32, area.linear_scale(lambda, plant.visible_share) as f32)
+        };
+        return finish(
+            args,
+            &Staging::of_planting(&plant.model, &planting, look, args.seconds, drawn),
+            plants,
+            &mut steps,
+        );
+    }
+    let drawn = |distance| (active_count(args, &model, distance) as f32, 1.0);
+    finish(args, &Staging::of_planting(&model, &planting, look, args.seconds, drawn), plants, &mut steps)
+}
+
+fn finish(
+    args: &args::Render,
+    staging: &Staging<'_>,
+    plants: usize,
+    steps: &mut Steps,
+) -> std::result::Result<(), Failure> {
+    let drawing = spinning("drawing", || drawing::draw(args.raster, staging, args.size))?;
     drawing.image.write_png(&args.output)?;
-    let leaves_drawn: u64 = counts.iter().copied().map(u64::from).sum();
-    let plants = if counts.len() == 1 { String::new() } else { format!("{} trees, ", grouped(counts.len() as u64)) };
-    let result = format!("{}: {plants}{} leaves on {}", args.output.display(), grouped(leaves_drawn), drawing.place());
+    let trees = match (plants, staging.plants.len()) {
+        (1, _) => String::new(),
+        (all, seen) if all == seen => format!("{} trees, ", grouped(all as u64)),
+        (all, seen) => format!("{} of {} trees, ", grouped(seen as u64), grouped(all as u64)),
+    };
+    let result = format!("{}: {trees}{} leaves on {}", args.output.display(), grouped(drawing.leaves), drawing.place());
     steps.done("draw", result)?;
+    for (name, count) in drawing.effects.named() {
+        let (simulated, skipped) = (grouped(count.simulated), grouped(count.skipped));
+        steps.done("effect", format!("{name}: simulated for {simulated}, skipped for {skipped}"))?;
+    }
     if args.json {
+        let effects: Map<String, Value> = drawing
+            .effects
+            .named()
+            .map(|(name, count)| (name.into(), json!({ "simulated": count.simulated, "skipped": count.skipped })))
+            .collect();
         output::line(json!({
-            "leaves_drawn": leaves_drawn,
-            "instances": counts.len(),
+            "leaves_drawn": drawing.leaves,
+            "instances": staging.plants.len(),
             "draws": drawing.draws,
-            "effects": {},
+            "effects": effects,
             "adapter": drawing.adapter,
             "seconds": steps.total_seconds(),
         }))?;
@@ -40,20 +102,21 @@ pub fn run(args: &args::Render) -> Result<(), Failure> {
     Ok(())
 }
 
-fn check_numbers(args: &args::Render) -> foliage_lod::Result<()> {
-    let refused = |option, value: f32, allowed: &str| {
+fn check_numbers(args: &args::Render) -> Result<()> {
+    let refused = |option, value: f64, allowed: &str| {
         Err(Error::InvalidOption { option, value: value.to_string(), allowed: allowed.into() })
     };
     match (args.distance, args.lod) {
         (Some(distance), _) if !(distance > 0.0 && distance.is_finite()) => {
-            refused("--distance", distance, "a number of radii above 0")
+            refused("--distance", distance.into(), "a number of radii above 0")
         }
-        (_, Some(lod)) if !(0.0..=1.0).contains(&lod) => refused("--lod", lod, "from 0 to 1"),
+        (_, Some(lod)) if !(0.0..=1.0).contains(&lod) => refused("--lod", lod.into(), "from 0 to 1"),
+        _ if !args.seconds.is_finite() => refused("--seconds", args.seconds, "a finite number"),
         _ => Ok(()),
     }
 }
 
-fn planting(args: &args::Render, model: &FoliageModel) -> foliage_lod::Result<Planting> {
+fn planting(args: &args::Render, model: &FoliageModel) -> Result<Planting> {
     let sphere = model.sphere();
     let aspect = f64::from(args.size[0]) / f64::from(args.size[1]);
     match (&args.row, args.ring, args.grid) {
@@ -64,12 +127,36 @@ fn planting(args: &args::Render, model: &FoliageModel) -> foliage_lod::Result<Pl
     }
 }
 
-fn active_count(args: &args::Render, model: &FoliageModel, plant: &Standing) -> u32 {
+/// Leaves that a plant `distance` radii away is drawn with.
+fn active_count(args: &args::Render, model: &FoliageModel, distance: f32) -> u32 {
     let leaves = model.leaves.len() as u32;
     match (args.method, args.leaves_count, args.lod) {
         (Method::Full, _, _) => leaves,
-        (Method::Vds, Some(n), _) => n.min(leaves),
-        (Method::Vds, None, Some(lod)) => leaf_count(lod, leaves, 0),
-        (Method::Vds, None, None) => pictures::count_at(model, plant.distance),
+        (_, Some(n), _) => n.min(leaves),
+        (_, None, Some(lod)) => leaf_count(lod, leaves, 0),
+        (Method::Vds, None, None) => pictures::count_at(model, distance),
+        (Method::Stochastic, None, None) => {
+            let lambda = CookLambda::default().lod(&pictures::sight(model, distance));
+            leaf_count(lambda, leaves, fewest_leaves(leaves))
+        }
     }
 }
+
+fn effects(args: &args::Render) -> Effects {
+    let by = args.fade_by.into();
+    Effects {
+        fade: args.fade.map(|rule| match rule {
+            args::FadeRule::Smoothstep => {
+                Fade { by, smooth: true, half_width: PUBLISHED_HALF_WIDTH, ..Fade::default() }
+            }
+            rule => Fade { by, rule: rule.into(), half_width: PUBLISHED_HALF_WIDTH, ..Fade::default() },
+        }),
+        contrast: args.contrast.then(Contrast::default),
+        crown_normals: args.crown_normals.then(CrownNormals::default),
+        wind: args.wind.then(Wind::default),
+        translucency: args.translucency.then(Translucency::default),
+    }
+}
+
+/// Half the window of the published fades, in shares of all leaves.
+const PUBLISHED_HALF_WIDTH: f32 = 0.1;

@@ -1,0 +1,98 @@
+//! Scene files: what is read, where things stand, and what a wrong one is told.
+#![cfg(feature = "scene")]
+
+use foliage_lod::{
+    effects::{FadeBy, fade::Rule},
+    scene::{SceneFile, file::Policy},
+};
+use glam::DVec3;
+use std::path::Path;
+
+const SMALL: &str = r#"
+[[models]]
+name = "oak"
+species = "english-oak"
+
+[[plants]]
+model = "oak"
+"#;
+
+fn read(text: &str) -> Result<SceneFile, String> {
+    SceneFile::from_toml(text, Path::new("a.toml")).map_err(|error| error.to_string())
+}
+
+#[test]
+fn the_samples_are_read_and_hold_what_they_say() {
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes");
+    let sample = |name: &str| SceneFile::read(samples.join(name)).unwrap();
+    let [turntable, nine, forest] = ["turntable.toml", "nine-trees.toml", "forest.toml"].map(sample);
+    assert_eq!((turntable.plants.len(), nine.plants.len()), (1, 9));
+    assert_eq!(forest.plants.len() + forest.scatter[0].spots().unwrap().len(), 1000);
+    assert!(turntable.effects.wind.is_some() && nine.effects == Default::default());
+    let fade = forest.effects.fade.unwrap();
+    assert_eq!((fade.by, fade.rule, forest.effects.contrast), (FadeBy::Size, Rule::Window, None));
+    let quarter = turntable.view(3.0).unwrap();
+    assert!((quarter.eye - DVec3::new(22.0, 9.5, 0.0)).length() < 1e-9, "{quarter:?}");
+}
+
+#[test]
+fn a_camera_goes_from_station_to_station_and_stays_at_the_ends() {
+    let path = r#"
+[camera]
+[[camera.path]]
+seconds = 1
+eye = [0, 0, 0]
+target = [1, 0, 0]
+[[camera.path]]
+seconds = 3
+eye = [4, 0, 0]
+target = [5, 0, 0]
+"#;
+    let scene = read(&format!("{SMALL}{path}")).unwrap();
+    let eye = |seconds| scene.view(seconds).unwrap().eye.x;
+    assert_eq!([-5.0, 1.0, 1.5, 2.0, 3.0, 1e9].map(eye), [0.0, 0.0, 1.0, 2.0, 4.0, 4.0]);
+    assert_eq!(read(SMALL).unwrap().view(0.0), None);
+}
+
+#[test]
+fn switches_are_true_false_or_a_table() {
+    let effects = |text: &str| read(&format!("{SMALL}[effects]\n{text}")).map(|scene| scene.effects);
+    assert_eq!(effects("wind = true").unwrap().wind, Some(Default::default()));
+    assert_eq!(effects("wind = false").unwrap().wind, None);
+    assert_eq!(effects("wind = { strength = 0.05 }").unwrap().wind.unwrap().strength, 0.05);
+    let error = effects("wind = 3").unwrap_err();
+    assert!(error.contains("line 9") && error.contains("true, false or a table"), "{error}");
+}
+
+#[test]
+fn a_wrong_scene_is_told_line_key_and_what_is_allowed() {
+    let cases = [
+        ("[effects]\nwined = true", "line 9: unknown field `wined`", "`wind`"),
+        ("[effects.wind]\nstrength = 7", "line 9: effects.wind.strength is 7", "from 0 to 0.1"),
+        ("[effects.fade]\nrule = \"slow\"", "line 9: unknown variant `slow`", "`trailing`"),
+        ("[lod]\npolicy = \"cook\"\nnear = 3", "line 10: lod.near is 3", "cook does not take it"),
+        ("[lod]\nhalf_area = 0.4", "line 9: lod.half_area is 0.4", "blend does not take it"),
+        ("[sun]\nelevation = 100", "line 9: sun.elevation is 100", "from -5 to 90"),
+        ("[sun]\nelevation = nan", "line 9: sun.elevation is NaN", "from -5 to 90"),
+        ("[[plants]]\nmodel = \"elm\"", "line 9: plants.1.model is elm", "[\"oak\"]"),
+        ("[[models]]\nname = \"oak\"\nfile = \"b.vds\"", "line 9: models.1.name is oak", "no other model has"),
+        ("[[models]]\nname = \"elm\"", "models.1.name is elm, with 0 sources", "one of file and species"),
+        ("[camera]\nfov = 50", "camera is given 0 ways", "one of eye, orbit and path"),
+        ("[camera]\neye = [0, 0, 1]\nfov = 180", "line 10: camera.fov is 180", "from 1 to 170"),
+        ("[[scatter]]\nmodels = [\"oak\"]\ncount = 4000000\narea = [1, 1]", "plants is 4000001", "at most 1000000"),
+        ("[[scatter]]\nmodels = []\ncount = 1\narea = [1, 1]", "line 9: scatter.0.models is empty", "oak"),
+    ];
+    for (added, what, allowed) in cases {
+        let error = read(&format!("{SMALL}{added}")).unwrap_err();
+        assert!(error.starts_with("a.toml: ") && error.contains(what) && error.contains(allowed), "{added}\n{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    assert!(read("").unwrap_err().contains("missing field `models`"));
+    assert!(read("models = []").unwrap_err().contains("models is empty"));
+}
+
+#[test]
+fn numbers_of_a_rule_reach_the_rule() {
+    let scene = read(&format!("{SMALL}[lod]\npolicy = \"cook\"\nstart = 5\nhalf_area = 0.25")).unwrap();
+    assert_eq!((scene.lod.policy, scene.lod.start, scene.lod.half_area), (Policy::Cook, Some(5.0), Some(0.25)));
+}
