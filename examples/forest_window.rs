@@ -1,4 +1,4 @@
-//! A forest in a window: a thousand trees, each at its own level of detail, culled, and drawn in two draws.
+//! A forest in a window: a thousand trees, each at its own level of detail, culled, and drawn in a few draws.
 //!
 //! `cargo run --release --features viewer --example forest_window -- birch.vds`; without a model it makes a small birch.
 

@@ -141,7 +141,7 @@ fn between_two_counts_pictures_pass_from_one_to_the_other() {
 }
 
 #[test]
-fn any_number_of_plants_takes_two_draws_a_model() {
+fn any_number_of_plants_takes_a_few_draws_a_model() {
     let [oak, birch] = [model("english-oak", 60), model("betula-populifolia", 80)];
     let Some(mut stage) = Stage::new(&[&oak, &birch]) else { return };
     let camera = camera(&oak);
@@ -153,7 +153,9 @@ fn any_number_of_plants_takes_two_draws_a_model() {
             })
             .collect();
         let prepared = stage.prepare(&camera, &plants);
-        assert_eq!((prepared.instances, prepared.draws, prepared.skipped), (count as u32, 4, 0));
+        assert_eq!((prepared.instances, prepared.skipped), (count as u32, 0));
+        // One for the leaves of each model, and one for each thickness down to which stems are drawn.
+        assert!((4..=10).contains(&prepared.draws), "{count} plants: {}", prepared.draws);
         assert_eq!(prepared.leaves, (0..count as u64).map(|i| i % 60 + 1).sum::<u64>());
     }
     // What is drawn first has no influence on what is seen.

@@ -26,6 +26,7 @@ use super::{
     look::{Look, Variant},
     model_buffers::ModelBuffers,
     software::mean_leaf_color,
+    stems::Stems,
     surface::{Coloring, InstanceRecord, RUN_INDICES, TargetFormat, layouts},
     wood_pass,
 };
@@ -109,6 +110,8 @@ pub struct Prepared {
     pub skipped: u32,
     /// Leaves of all plants, those that are still growing included.
     pub leaves: u64,
+    /// Triangles of all plants' wood. Stems too thin to be seen are left out (see [`Look::thinnest_px`]).
+    pub wood_triangles: u64,
     /// Draw calls.
     pub draws: u32,
     /// For how much each effect that is on was simulated.
@@ -200,8 +203,9 @@ impl FoliageRenderer {
             Some(_) => mean_leaf_color(model, &self.look.lighting())?,
             None => [0.0; 3],
         };
-        self.models.push(ModelBuffers::new(device, queue, &self.layouts[0], &self.sampler, model)?);
-        self.facts.push(ModelFacts::new(model, mean));
+        let stems = Stems::new(model);
+        self.models.push(ModelBuffers::new(device, queue, &self.layouts[0], &self.sampler, model, &stems)?);
+        self.facts.push(ModelFacts::new(model, &stems, mean));
         Ok(ModelId(self.models.len() - 1))
     }
 
@@ -252,9 +256,7 @@ impl FoliageRenderer {
     ) -> Result<Prepared> {
         let prepared = self.list.fill(&self.look, &self.facts, &frame.into(), instances);
         self.check_room(device)?;
-        for i in 0..self.list.batches.len() {
-            self.compile(device, i);
-        }
+        self.compile(device);
         let list = &self.list;
         let mut is_rebound = grow(device, &mut self.instances, size_of_val(&list.records[..]) as u64);
         grow(device, &mut self.runs, size_of_val(&list.runs[..]) as u64);
@@ -283,16 +285,16 @@ impl FoliageRenderer {
         if let Some(effects) = &self.effects {
             pass.set_bind_group(2, effects.bindings(), &[]);
         }
-        for batch in &self.list.batches {
-            let model = &self.models[batch.model];
-            let Some((wood, pipeline)) = model.wood.as_ref().zip(self.wood.get(&of_wood(batch.variant))) else {
+        for draw in &self.list.wood {
+            let model = &self.models[draw.model];
+            let Some((wood, pipeline)) = model.wood.as_ref().zip(self.wood.get(&of_wood(draw.variant))) else {
                 continue;
             };
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &model.bindings, &[]);
             pass.set_vertex_buffer(0, wood.vertices.slice(..));
             pass.set_index_buffer(wood.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..wood.count, 0, batch.instances.clone());
+            pass.draw_indexed(0..draw.corners, 0, draw.instances.clone());
         }
         for batch in &self.list.batches {
             let fading = Variant { alpha: true, ..batch.variant };
@@ -306,19 +308,18 @@ impl FoliageRenderer {
         }
     }
 
-    /// Compiles what batch `i` needs and is not there yet.
-    fn compile(&mut self, device: &wgpu::Device, i: usize) {
-        let Self { layouts, target, look, .. } = self;
-        let batch = &self.list.batches[i];
-        let variants = [(batch.variant, &batch.whole), (Variant { alpha: true, ..batch.variant }, &batch.fading)];
-        for (variant, _) in variants.into_iter().filter(|(_, runs)| !runs.is_empty()) {
-            let pipeline = || leaf_pass::pipeline(device, layouts, *target, look, variant);
-            self.leaves.entry(variant).or_insert_with(pipeline);
+    /// Compiles what the frame needs and is not there yet.
+    fn compile(&mut self, device: &wgpu::Device) {
+        let Self { layouts, target, look, list, leaves, wood, .. } = self;
+        for batch in &list.batches {
+            let variants = [(batch.variant, &batch.whole), (Variant { alpha: true, ..batch.variant }, &batch.fading)];
+            for (variant, _) in variants.into_iter().filter(|(_, runs)| !runs.is_empty()) {
+                let pipeline = || leaf_pass::pipeline(device, layouts, *target, look, variant);
+                leaves.entry(variant).or_insert_with(pipeline);
+            }
         }
-        if self.facts[batch.model].has_wood {
-            let variant = of_wood(batch.variant);
-            let pipeline = || wood_pass::pipeline(device, layouts, *target, look, variant);
-            self.wood.entry(variant).or_insert_with(pipeline);
+        for variant in list.wood.iter().map(|draw| of_wood(draw.variant)) {
+            wood.entry(variant).or_insert_with(|| wood_pass::pipeline(device, layouts, *target, look, variant));
         }
     }
 

@@ -5,6 +5,7 @@ use super::{
     foliage::{Frame, Instance, Prepared},
     leaf_pass::{self, Run},
     look::{Look, Variant},
+    stems::{Levels, Stems},
     surface::{InstanceRecord, NO_SCALES},
 };
 use crate::{
@@ -25,7 +26,7 @@ pub(super) struct ModelFacts {
     pub(super) center: DVec3,
     /// One past the last index of each leaf.
     pub(super) index_ends: Vec<u32>,
-    pub(super) has_wood: bool,
+    stems: Levels,
     /// Farthest that anything is drawn from the centre, before the wind.
     pub(super) reach: f32,
     /// Entry n: farthest that a corner is drawn from its leaf's pivot at active count n or more.
@@ -37,7 +38,7 @@ pub(super) struct ModelFacts {
 }
 
 impl ModelFacts {
-    pub(super) fn new(model: &FoliageModel, mean: [f32; 3]) -> Self {
+    pub(super) fn new(model: &FoliageModel, stems: &Stems, mean: [f32; 3]) -> Self {
         let sphere = model.sphere();
         let reach = model.enlarged_sphere();
         let wood = model.wood.vertices.iter();
@@ -53,7 +54,7 @@ impl ModelFacts {
         Self {
             center: sphere.center(),
             index_ends: model.leaves.iter().map(|leaf| leaf.indices[1]).collect(),
-            has_wood: !model.wood.indices.is_empty(),
+            stems: stems.levels.clone(),
             reach: (reach.radius + reach.center().distance(sphere.center())) as f32,
             leaf_reaches,
             shape: Shape::new(&Aabb::of_points(corners().map(local))),
@@ -84,11 +85,30 @@ pub struct Tone {
 pub(super) struct Batch {
     pub(super) model: usize,
     pub(super) variant: Variant,
-    pub(super) instances: Range<u32>,
     /// Runs whose leaves are all there.
     pub(super) whole: Range<u32>,
     /// Runs with leaves that fade by alpha.
     pub(super) fading: Range<u32>,
+}
+
+/// Plants of one model with equally many of its stems.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct WoodDraw {
+    pub(super) model: usize,
+    pub(super) variant: Variant,
+    pub(super) instances: Range<u32>,
+    pub(super) corners: u32,
+}
+
+/// A plant in drawing order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    model: usize,
+    variant: Variant,
+    /// Corners of its wood.
+    corners: u32,
+    /// Number of the instance.
+    instance: usize,
 }
 
 /// The lists of one frame; kept between frames, so that a frame allocates nothing once they have grown.
@@ -97,13 +117,13 @@ pub(super) struct FrameList {
     pub(super) records: Vec<InstanceRecord>,
     pub(super) runs: Vec<Run>,
     pub(super) batches: Vec<Batch>,
+    pub(super) wood: Vec<WoodDraw>,
     /// Parallel to `records`; empty where the effect is off.
     pub(super) tones: Vec<Tone>,
     pub(super) sways: Vec<Sway>,
     /// Phases of the wind.
     pub(super) phases: [f32; 4],
-    /// Model, variant and number of each instance, in drawing order.
-    order: Vec<(usize, Variant, usize)>,
+    order: Vec<Place>,
     /// Runs that fade, until the batch's whole runs are listed.
     fading: Vec<Run>,
 }
@@ -124,12 +144,14 @@ impl FrameList {
         let mut prepared = Prepared { effects: Counts::of(&look.effects), ..Prepared::default() };
         self.sort(look, models, &eye, instances);
         let mut at = 0;
-        while let Some(&(model, variant, _)) = self.order.get(at) {
-            let end = at + self.order[at..].iter().take_while(|next| (next.0, next.1) == (model, variant)).count();
+        while let Some(&Place { model, variant, .. }) = self.order.get(at) {
+            let is_alike = |next: &&Place| (next.model, next.variant) == (model, variant);
+            let end = at + self.order[at..].iter().take_while(is_alike).count();
             self.batch(look, models, &eye, moment.as_ref(), instances, at..end, &mut prepared);
             at = end;
         }
         prepared.instances = self.records.len() as u32;
+        prepared.draws += self.wood.len() as u32;
         prepared
     }
 
@@ -138,6 +160,7 @@ impl FrameList {
         self.records.clear();
         self.runs.clear();
         self.batches.clear();
+        self.wood.clear();
         self.tones.clear();
         self.sways.clear();
     }
@@ -148,14 +171,17 @@ impl FrameList {
         let known = instances.iter().enumerate().filter(|(_, instance)| instance.model.0 < models.len());
         self.order.extend(known.map(|(i, instance)| {
             let model = &models[instance.model.0];
+            let px = eye.pixels_per_unit(model, instance);
             let moves = look.effects.wind.is_some_and(|wind| {
                 let n = (instance.active as usize).min(model.index_ends.len());
                 let reach = wind.reach(&model.shape, model.leaf_reaches[n] * instance.leaf_scale);
-                eye.moves_visibly(model, instance, reach)
+                f64::from(reach) * px > 0.5
             });
             let is_reduced = instance.active < model.index_ends.len() as f32;
             let contrast = look.effects.contrast.is_some() && is_reduced;
-            (instance.model.0, Variant { wind: moves, contrast, alpha: false }, i)
+            let variant = Variant { wind: moves, contrast, alpha: false };
+            let corners = model.stems.at_least((f64::from(look.thinnest_px) / px) as f32);
+            Place { model: instance.model.0, variant, corners, instance: i }
         }));
         self.order.sort_unstable();
     }
@@ -171,12 +197,13 @@ impl FrameList {
         range: Range<usize>,
         prepared: &mut Prepared,
     ) {
-        let (number, variant, _) = self.order[range.start];
+        let Place { model: number, variant, .. } = self.order[range.start];
         let model = &models[number];
-        let [first_record, first_run] = [self.records.len() as u32, self.runs.len() as u32];
+        let first_run = self.runs.len() as u32;
         self.fading.clear();
         for i in range {
-            let instance = &instances[self.order[i].2];
+            let place = self.order[i];
+            let instance = &instances[place.instance];
             let Some(record) = eye.record(model, instance, look) else {
                 prepared.skipped += 1;
                 continue;
@@ -194,15 +221,27 @@ impl FrameList {
                 self.sways.push(moment.sway(&model.shape, &instance.world_from_plant));
             }
             self.records.push(record);
+            if place.corners > 0 {
+                prepared.wood_triangles += u64::from(place.corners / 3);
+                self.add_wood(&place, at);
+            }
         }
         let whole = first_run..self.runs.len() as u32;
         self.runs.extend_from_slice(&self.fading);
         let fading = whole.end..self.runs.len() as u32;
-        let instances = first_record..self.records.len() as u32;
-        if !instances.is_empty() {
-            let draws = [model.has_wood, !whole.is_empty(), !fading.is_empty()];
-            prepared.draws += draws.into_iter().map(u32::from).sum::<u32>();
-            self.batches.push(Batch { model: number, variant, instances, whole, fading });
+        let runs = [!whole.is_empty(), !fading.is_empty()];
+        prepared.draws += runs.into_iter().map(u32::from).sum::<u32>();
+        self.batches.push(Batch { model: number, variant, whole, fading });
+    }
+
+    /// Draws the wood of instance `at` with that of the plant before it where they have as many stems.
+    fn add_wood(&mut self, place: &Place, at: u32) {
+        let &Place { model, variant, corners, .. } = place;
+        match self.wood.last_mut() {
+            Some(last) if (last.model, last.variant, last.corners) == (model, variant, corners) => {
+                last.instances.end = at + 1;
+            }
+            _ => self.wood.push(WoodDraw { model, variant, instances: at..at + 1, corners }),
         }
     }
 }
@@ -263,13 +302,13 @@ impl Eye {
         }
     }
 
-    /// Whether something that moves by `reach`, in plant units, moves by more than half a pixel.
-    fn moves_visibly(&self, model: &ModelFacts, instance: &Instance, reach: f32) -> bool {
+    /// Pixels that a length of 1, in plant units, takes where the plant is nearest to the eye.
+    fn pixels_per_unit(&self, model: &ModelFacts, instance: &Instance) -> f64 {
         let to_world = instance.world_from_plant;
         let scale = (0..3).map(|i| to_world.matrix3.col(i).length()).fold(0.0, f64::max);
         let middle = self.clip_from_world * to_world.transform_point3(model.center).extend(1.0);
-        let nearest = (middle.w - f64::from(model.reach + reach) * scale).max(self.near);
-        f64::from(reach) * scale * self.pixels > 0.5 * nearest
+        let nearest = (middle.w - f64::from(model.reach) * scale).max(self.near);
+        scale * self.pixels / nearest
     }
 
     /// What the shaders are told of one plant; `None` where its transform cannot be drawn. Composed in `f64`, so that plants

@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// What a renderer's plants look like.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
     /// What leaves are coloured by.
     pub coloring: Coloring,
@@ -23,6 +23,20 @@ pub struct Look {
     pub effects: Effects,
     /// Sun and sky.
     pub lighting: Lighting,
+    /// Thickness in pixels below which a stem is not drawn; 0 draws all wood.
+    pub thinnest_px: f32,
+}
+
+impl Default for Look {
+    /// Plain plants; stems are drawn down to a quarter of a pixel.
+    fn default() -> Self {
+        Self {
+            coloring: Coloring::default(),
+            effects: Effects::default(),
+            lighting: Lighting::default(),
+            thinnest_px: 0.25,
+        }
+    }
 }
 
 impl Look {

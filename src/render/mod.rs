@@ -35,6 +35,8 @@ pub mod offscreen;
 #[cfg(feature = "render")]
 pub mod shader;
 #[cfg(feature = "render")]
+mod stems;
+#[cfg(feature = "render")]
 pub mod surface;
 #[cfg(feature = "render")]
 mod texture_layers;

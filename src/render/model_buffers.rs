@@ -3,7 +3,7 @@
 //! Positions are relative to the middle of the plant (*local space*), so that `f32` keeps its digits wherever a file put
 //! the plant. All textures of a model are layers of one array, scaled to one size.
 
-use super::{light::Lighting, texture_layers::Layers};
+use super::{light::Lighting, stems::Stems, texture_layers::Layers};
 use crate::{
     Error, Result,
     bounds::Aabb,
@@ -111,8 +111,8 @@ pub(super) struct ModelBuffers {
 /// What draws a model's wood.
 pub(super) struct WoodBuffers {
     pub(super) vertices: wgpu::Buffer,
+    /// Thickest stems first.
     pub(super) indices: wgpu::Buffer,
-    pub(super) count: u32,
 }
 
 impl ModelBuffers {
@@ -126,6 +126,7 @@ impl ModelBuffers {
         layout: &wgpu::BindGroupLayout,
         sampler: &wgpu::Sampler,
         model: &FoliageModel,
+        stems: &Stems,
     ) -> Result<Self> {
         let center = model.sphere().center();
         let layers = Layers::new(device, model)?;
@@ -155,7 +156,7 @@ impl ModelBuffers {
             layout,
             entries: &entries,
         });
-        Ok(Self { bindings, wood: wood(&upload, model, center)? })
+        Ok(Self { bindings, wood: wood(&upload, model, center, stems)? })
     }
 }
 
@@ -205,19 +206,16 @@ fn crown_record(model: &FoliageModel, center: DVec3) -> CrownRecord {
 }
 
 /// The wood with a material at each vertex: vertices that parts of several materials share are there once for each.
-fn wood(upload: &Upload<'_>, model: &FoliageModel, center: DVec3) -> Result<Option<WoodBuffers>> {
+fn wood(upload: &Upload<'_>, model: &FoliageModel, center: DVec3, stems: &Stems) -> Result<Option<WoodBuffers>> {
     let mut copies = std::collections::HashMap::new();
     let (mut vertices, mut indices) = (Vec::new(), Vec::new());
-    for part in &model.wood.parts {
-        for &index in &model.wood.indices[part.indices[0] as usize..part.indices[1] as usize] {
-            let copy = *copies.entry((index, part.material)).or_insert_with(|| {
-                let Vertex { position, normal, uv, color } = model.wood.vertices[index as usize];
-                let position = local(position, center);
-                vertices.push(WoodVertex { position, normal, uv, color: rgb(color), material: part.material });
-                vertices.len() as u32 - 1
-            });
-            indices.push(copy);
-        }
+    for &(index, material) in &stems.corners {
+        let copy = *copies.entry((index, material)).or_insert_with(|| {
+            let Vertex { position, normal, uv, color } = model.wood.vertices[index as usize];
+            vertices.push(WoodVertex { position: local(position, center), normal, uv, color: rgb(color), material });
+            vertices.len() as u32 - 1
+        });
+        indices.push(copy);
     }
     if indices.is_empty() {
         return Ok(None);
@@ -225,7 +223,6 @@ fn wood(upload: &Upload<'_>, model: &FoliageModel, center: DVec3) -> Result<Opti
     Ok(Some(WoodBuffers {
         vertices: upload.buffer("wood vertices", wgpu::BufferUsages::VERTEX, &vertices)?,
         indices: upload.buffer("wood indices", wgpu::BufferUsages::INDEX, &indices)?,
-        count: indices.len() as u32,
     }))
 }
 

@@ -11,7 +11,7 @@ use foliage_lod::{
     bounds::Sphere,
     grow::{GrowOptions, Species, grow},
     model::FoliageModel,
-    render::{camera::Camera, light::Lighting, look::Look, surface::Coloring},
+    render::{camera::Camera, light::Lighting, look::Look},
     scene::{
         Active, Grove, Kind, Placement, SceneFile,
         file::{ModelSource, Planted, View},
@@ -103,7 +103,7 @@ impl Opened {
     pub fn look(&self) -> Look {
         let towards_sun = self.file.sun.direction().as_vec3();
         let lighting = Lighting { towards_sun, ..Lighting::default() };
-        Look { coloring: Coloring::Picture, effects: self.file.effects, lighting }
+        Look { effects: self.file.effects, lighting, ..Look::default() }
     }
 
     /// The camera at a time, for a picture of this shape.
