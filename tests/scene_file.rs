@@ -72,6 +72,8 @@ fn a_wrong_scene_is_told_line_key_and_what_is_allowed() {
         ("[effects.fade]\nrule = \"slow\"", "line 9: unknown variant `slow`", "`trailing`"),
         ("[lod]\npolicy = \"cook\"\nnear = 3", "line 10: lod.near is 3", "cook does not take it"),
         ("[lod]\nhalf_area = 0.4", "line 9: lod.half_area is 0.4", "blend does not take it"),
+        ("[lod]\npolicy = \"sizes\"\nshares = [[50, 0.1], [20, 0.3]]", "line 10: lod.shares is", "a rising diameter"),
+        ("[lod]\nshares = [[50, 0.1]]", "line 9: lod.shares is", "with the policy sizes"),
         ("[sun]\nelevation = 100", "line 9: sun.elevation is 100", "from -5 to 90"),
         ("[sun]\nelevation = nan", "line 9: sun.elevation is NaN", "from -5 to 90"),
         ("[[plants]]\nmodel = \"elm\"", "line 9: plants.1.model is elm", "[\"oak\"]"),

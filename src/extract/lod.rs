@@ -1,13 +1,14 @@
 //! Level of detail: how much of a plant is drawn, from how it is seen.
 //!
 //! A [`LodPolicy`] turns a [`Sight`] into a LOD between 0 and 1, [`leaf_count`] turns that into the active count, and
-//! [`Hysteresis`] keeps the count still while the camera trembles. Three policies:
+//! [`Hysteresis`] keeps the count still while the camera trembles. Four policies:
 //!
 //! - [`Blend`]: J. Gasch et al., *Multiresolution Foliage Rendering*, Equation 1, put right: LOD = a·nearness +
 //!   b·projected area. As printed it takes the distance itself, so that far plants would get more leaves; and it reaches
 //!   full detail only for a plant that fills the screen, hence here the area counts relative to what it is at `near`.
 //! - [`CookLambda`]: R. Cook, J. Halstead, M. Planck, D. Ryu, *Stochastic Simplification of Aggregate Detail* (2007),
 //!   Equation 2: lambda = b^(ln(1/2)/ln h), b the plant's screen area over that at full detail.
+//! - [`Sizes`] (ours): shares of the leaves that were measured to be enough at some sizes.
 //! - [`PixelError`] (ours): the fewest leaves whose recorded prune errors, as they appear on screen, stay under a bound.
 //!
 //! Distances count in radii of the plant's bounding sphere, so that one setting serves trees of any size. Whatever the
@@ -190,6 +191,39 @@ impl LodPolicy for PixelError {
     fn lod(&self, sight: &Sight) -> f32 {
         let leaves = self.share.len() - 1;
         unit((f64::from(self.fewest_leaves(sight)) / leaves as f64) as f32)
+    }
+}
+
+/// Shares of the leaves that were found to be enough at some sizes on screen, such as those that keep a target of quality.
+///
+/// Between two sizes the share follows a power of the size; beyond the last it is the last one's, before the first the first
+/// one's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sizes {
+    /// Diameter of the bounding sphere's outline in pixels, rising, and the share of the leaves.
+    shares: Arc<[(f32, f32)]>,
+}
+
+impl Sizes {
+    /// The policy for pairs of a diameter in pixels and a share of the leaves. `None` unless there is a pair, diameters are
+    /// above 0 and rise, and shares are above 0 and at most 1.
+    pub fn new(shares: &[(f32, f32)]) -> Option<Self> {
+        let in_range = |&(px, share): &(f32, f32)| px > 0.0 && px.is_finite() && share > 0.0 && share <= 1.0;
+        let rise = shares.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        (!shares.is_empty() && rise && shares.iter().all(in_range)).then(|| Self { shares: shares.into() })
+    }
+}
+
+impl LodPolicy for Sizes {
+    fn lod(&self, sight: &Sight) -> f32 {
+        let px = 2.0 * sight.radius_px();
+        let next = self.shares.partition_point(|&(size, _)| size < px);
+        let [from, to] = [next.saturating_sub(1), next.min(self.shares.len() - 1)].map(|i| self.shares[i]);
+        if next == 0 || from == to {
+            return to.1;
+        }
+        let t = (px / from.0).ln() / (to.0 / from.0).ln();
+        unit(from.1 * (to.1 / from.1).powf(t))
     }
 }
 

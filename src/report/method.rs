@@ -78,6 +78,11 @@ impl Method {
         }
     }
 
+    /// As [`at`](Self::at), for plants that are there as they are.
+    pub fn at_if_given(&self, level: f64) -> Option<Reduced<'_>> {
+        matches!(self.kind, Kind::Given(_)).then(|| self.at(level).reduced)
+    }
+
     /// The plant with a share `level` of its leaves, 0 to 1, at least one.
     pub fn at(&self, level: f64) -> Sample<'_> {
         match &self.kind {

@@ -5,6 +5,7 @@
 //!       -> offline::measure (preset, resolution, views, criterion) -> OfflineRow -->
 //! ```
 
+pub mod dolly;
 pub mod frames;
 pub mod held_out;
 pub mod method;

@@ -1,6 +1,7 @@
 //! What accuracy costs in time: every method at every level, seen from held-out views, beside what each preset took to make.
 
 use super::{
+    dolly::Dolly,
     frames::{FrameTimes, extraction_seconds},
     held_out,
     method::{Method, Reduced, Sample, measured},
@@ -173,6 +174,14 @@ impl<'a> Study<'a> {
                 Ok(Shown { method: method.name.clone(), level, image })
             })
             .collect()
+    }
+
+    /// How much a method pops while a camera backs away (see [`Dolly`]), in sRGB bytes.
+    ///
+    /// # Errors
+    /// Those of [`Painter::draw`].
+    pub fn pop(&self, method: &Method) -> Result<f64> {
+        Dolly::new(self.plant.sphere(), self.crown, FRONT, held_out::FOV_Y).largest_change(method)
     }
 
     /// The full plant, as [`shown`](Self::shown).

@@ -5,7 +5,7 @@ use super::{
     metrics::Quality,
     study::{Study, StudyOptions},
 };
-use crate::{Error, Plant, Result, model::FoliageModel};
+use crate::{Error, Plant, Result, extract::lod::Sizes, model::FoliageModel};
 use std::str::FromStr;
 
 /// A measure of [`Quality`].
@@ -77,6 +77,28 @@ impl Target {
         }
     }
 
+    /// As [`reach`](Self::reach) at several sizes instead of the target's own: a rule for the run time, whose sizes are
+    /// diameters of the plant in pixels, rising.
+    ///
+    /// # Errors
+    /// Those of the drawing, and [`Error::InvalidOption`] for sizes that do not rise or are beyond 8 to 2048.
+    pub fn sizes(&self, plant: &Plant, model: &FoliageModel, diameters_px: &[u32]) -> Result<Sizes> {
+        let leaves = model.leaves.len() as f32;
+        let refused = || Error::InvalidOption {
+            option: "sizes",
+            value: format!("{diameters_px:?}"),
+            allowed: "rising, from 8 to 2048 pixels".into(),
+        };
+        if !diameters_px.iter().all(|pixels| SIDES.contains(pixels)) {
+            return Err(refused());
+        }
+        let share = |&pixels: &u32| {
+            let reached = Self { pixels, ..*self }.reach(plant, model.clone())?;
+            Ok((pixels as f32, reached.leaves as f32 / leaves))
+        };
+        Sizes::new(&diameters_px.iter().map(share).collect::<Result<Vec<_>>>()?).ok_or_else(refused)
+    }
+
     /// The fewest leaves of `model`, made of `plant`, that keep the bound in the mean of the held-out views, by halving:
     /// exact where quality rises with every leaf. All leaves always do.
     ///
@@ -102,6 +124,7 @@ impl Target {
 mod tests {
     use super::*;
     use crate::{
+        extract::{LodPolicy, Sight},
         grow::{GrowOptions, Species, grow},
         simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
     };
@@ -131,5 +154,17 @@ mod tests {
         let method = Method::of_model("", model);
         let fewer = study.quality(&method.at(f64::from(reached.leaves - 1) / 300.0), 0).unwrap();
         assert!(!target.holds(&fewer), "{fewer:?}");
+
+        let model = method.model().unwrap();
+        let sizes = target.sizes(&plant, model, &[16, 48]).unwrap();
+        let share = |diameter_px: f32| {
+            // The outline of a sphere far away, in a picture of 100 rows with a field of view of one radian.
+            let distance = 100.0 / (diameter_px * 0.5_f32.tan());
+            sizes.lod(&Sight { distance, radius: 1.0, fov_y: 1.0, height_px: 100.0 })
+        };
+        let expected = reached.leaves as f32 / 300.0;
+        assert!((share(48.0) - expected).abs() < 0.02 && share(1000.0) == expected, "{} {expected}", share(48.0));
+        assert!(share(16.0) <= share(30.0) && share(30.0) <= share(48.0) && share(4.0) > 0.0);
+        assert!(target.sizes(&plant, model, &[48, 16]).is_err() && target.sizes(&plant, model, &[2]).is_err());
     }
 }

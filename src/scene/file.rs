@@ -10,7 +10,7 @@ use crate::{
     effects::Effects,
     extract::{
         LodPolicy,
-        lod::{Blend, CookLambda, PixelError},
+        lod::{Blend, CookLambda, PixelError, Sizes},
     },
     model::FoliageModel,
 };
@@ -186,12 +186,14 @@ pub enum Policy {
     Cook,
     /// By recorded error in pixels.
     Pixels,
+    /// By shares measured at some sizes.
+    Sizes,
     /// Every leaf.
     Full,
 }
 
 /// How many leaves are drawn. A number that is missing has the rule's own default; one that another rule takes is an error.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lod {
     /// The rule.
@@ -206,6 +208,8 @@ pub struct Lod {
     pub half_area: Option<f32>,
     /// `pixels`: most pixels that may be wrong.
     pub bound: Option<f32>,
+    /// `sizes`: diameters in pixels, rising, each with the share of the leaves that is enough there.
+    pub shares: Vec<[f32; 2]>,
     /// Dead band over the count: 0 follows the camera at once.
     pub dead_band: Option<f32>,
 }
@@ -225,8 +229,18 @@ impl Lod {
                 Box::new(CookLambda { start: self.start.unwrap_or(own.start), half_area })
             }
             Policy::Pixels => Box::new(PixelError::new(model, self.bound.unwrap_or(DEFAULT_BOUND_PX))),
+            Policy::Sizes => match self.sizes() {
+                Some(sizes) => Box::new(sizes),
+                None => Box::new(Everything),
+            },
             Policy::Full => Box::new(Everything),
         }
+    }
+}
+
+impl Lod {
+    fn sizes(&self) -> Option<Sizes> {
+        Sizes::new(&self.shares.iter().map(|&[px, share]| (px, share)).collect::<Vec<_>>())
     }
 }
 
@@ -408,6 +422,9 @@ impl SceneFile {
             wrong_if(policy != lod.policy, key, &number.to_string(), &allowed)?;
             in_range(key, f64::from(number), least, most)?;
         }
+        let allowed = "pairs of a rising diameter in pixels and a share above 0, at most 1, with the policy sizes";
+        let fits = if lod.policy == Policy::Sizes { lod.sizes().is_some() } else { lod.shares.is_empty() };
+        wrong_if(!fits, "lod.shares", &format!("{:?}", lod.shares), allowed)?;
         in_range("lod.dead_band", f64::from(lod.dead_band.unwrap_or(0.0)), 0.0, 1.0)
     }
 }

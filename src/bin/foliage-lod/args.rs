@@ -116,9 +116,9 @@ pub struct Simplify {
     #[arg(long, num_args = 0..=1, default_missing_value = "true", value_name = "true|false")]
     pub cascade: Option<bool>,
     /// Tell how many leaves keep a bound: ssim=0.9@200 is a structural similarity of at least 0.9 at 200 pixels; rmse and
-    /// xor are at most.
+    /// xor are at most. May be given several times; what it tells is what a scene's LOD policy `sizes` takes.
     #[arg(long, value_name = "MEASURE=BOUND@PIXELS")]
-    pub target: Option<String>,
+    pub target: Vec<String>,
     #[command(flatten)]
     pub import: Import,
     /// Where fragments are captured; auto takes a GPU where one answers.

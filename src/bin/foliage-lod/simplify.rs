@@ -30,7 +30,7 @@ const PICTURE_SIDE_PX: u32 = 768;
 pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     let options = args.options();
     options.validate()?;
-    let target = args.target.as_deref().map(str::parse::<Target>).transpose()?;
+    let targets = args.target.iter().map(|text| text.parse::<Target>()).collect::<Result<Vec<_>, _>>()?;
     check_outputs(args)?;
     let mut steps = Steps::new(args.json);
     let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &args.import.options()))?;
@@ -48,7 +48,8 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     if let Some(folder) = &args.pictures {
         draw_pictures(&model, folder, &mut steps)?;
     }
-    let reached = target.map(|target| reach(target, &plant, &model, &mut steps)).transpose()?;
+    let reached: Vec<Reached> =
+        targets.into_iter().map(|target| reach(target, &plant, &model, &mut steps)).collect::<Result<_, _>>()?;
     if args.json {
         let recipe = &model.recipe;
         output::line(json!({
@@ -64,7 +65,10 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
             "fragments": fragments,
             "max_scale": model.max_scale,
             "cascade": options.cascade,
-            "target_leaves": reached.map(|reached| reached.leaves),
+            "target_leaves": reached.first().map(|reached| reached.leaves),
+            "targets": args.target.iter().zip(&reached).map(|(target, reached)| {
+                json!({ "target": target, "leaves": reached.leaves, "share": f64::from(reached.leaves) / model.leaves.len() as f64 })
+            }).collect::<Vec<_>>(),
             "seconds": {
                 "import": import_seconds,
                 "fragments": seconds.fragments,

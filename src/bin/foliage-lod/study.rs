@@ -95,7 +95,7 @@ fn study(
     }
     let presets = methods.len();
     methods.extend(spinning("shuffling", || peers(plant, args, options, &study))?);
-    let (mut rows, mut shown) = (Vec::new(), Vec::new());
+    let (mut rows, mut shown, mut pops) = (Vec::new(), Vec::new(), Vec::new());
     for (number, method) in methods.iter().enumerate() {
         let of_method = spinning(&format!("measuring {}", method.name), || study.rows(method, gpu))?;
         let is_shown = number < presets
@@ -104,12 +104,14 @@ fn study(
         if is_shown {
             shown.extend(study.shown(method)?);
         }
-        tell_rows(method, &of_method, steps)?;
+        let pop = spinning(&format!("backing away from {}", method.name), || study.pop(method))?;
+        tell_rows(method, &of_method, pop, steps)?;
+        pops.push((method.name.clone(), pop));
         rows.extend(of_method);
         interrupt::check()?;
     }
     let full = study.full_shown()?;
-    Ok(PlantReport { plant: plant.name.clone(), leaves: plant.leaves.len() as u32, rows, offline, full, shown })
+    Ok(PlantReport { plant: plant.name.clone(), leaves: plant.leaves.len() as u32, rows, pops, offline, full, shown })
 }
 
 /// What the presets are compared with; the chain that was given comes last.
@@ -145,11 +147,11 @@ fn tell_model(row: &OfflineRow, steps: &mut Steps) -> std::result::Result<(), Fa
     Ok(())
 }
 
-fn tell_rows(method: &Method, rows: &[Row], steps: &mut Steps) -> std::result::Result<(), Failure> {
+fn tell_rows(method: &Method, rows: &[Row], pop: f64, steps: &mut Steps) -> std::result::Result<(), Failure> {
     let largest = rows.iter().map(|row| row.pixels).max();
     let told = rows.iter().filter(|row| Some(row.pixels) == largest);
     let told: Vec<String> = told.map(|row| format!("{:.0} % {:.1}", 100.0 * row.level, row.quality.rmse)).collect();
-    steps.done("measure", format!("{}: RMSE {}", method.name, told.join(", ")))?;
+    steps.done("measure", format!("{}: RMSE {}; pops {pop:.2}", method.name, told.join(", ")))?;
     Ok(())
 }
 
@@ -163,7 +165,16 @@ fn write(reports: &[PlantReport], adapter: Option<&str>, folder: &Path) -> Resul
 fn json(reports: &[PlantReport], adapter: Option<&str>) -> Value {
     let rows: Vec<Value> = reports.iter().flat_map(|report| &report.rows).map(json_row).collect();
     let offline: Vec<Value> = reports.iter().flat_map(|report| &report.offline).map(json_offline).collect();
-    json!({ "adapter": adapter, "rows": rows, "offline": offline })
+    let pop = |report: &PlantReport| {
+        let plant = report.plant.clone();
+        report
+            .pops
+            .clone()
+            .into_iter()
+            .map(move |(method, change)| json!({ "plant": plant, "method": method, "change": change }))
+    };
+    let pops: Vec<Value> = reports.iter().flat_map(pop).collect();
+    json!({ "adapter": adapter, "rows": rows, "pops": pops, "offline": offline })
 }
 
 fn json_row(row: &Row) -> Value {
