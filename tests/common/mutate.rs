@@ -131,7 +131,7 @@ pub fn damage_json(json: &mut Value, words: &str, random: &mut Random) {
             (1, Value::Object(members)) => members.retain(|_, _| random.below(4) > 0),
             (2, Value::Array(values)) => values.push(other),
             (2, Value::Object(members)) => drop(members.insert(random.word(words).to_owned(), other)),
-            (3, Value::Number(number)) => *value = json!(number.as_f64().unwrap_or(0.0) as i64 + 1),
+            (3, Value::Number(number)) => *value = json!((number.as_f64().unwrap_or(0.0) as i64).saturating_add(1)),
             (4, _) => *value = json!(random.word(words)),
             _ => *value = serde_json::from_str(random.word(NUMBERS)).unwrap_or_default(),
         }
