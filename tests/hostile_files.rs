@@ -147,7 +147,7 @@ impl Sections {
     /// Changes one leaf's record, target, scale or place.
     fn damage_leaf(&mut self, random: &mut Random) {
         let leaves = &mut self.0[1];
-        let count = leaves.len() / LEAF_BYTES;
+        let count = leaves.len().saturating_sub(COUNT_BYTES) / LEAF_BYTES;
         let at = |leaf: usize| COUNT_BYTES + leaf * LEAF_BYTES;
         let leaf = random.below(count);
         let Some(record) = leaves.get(at(leaf)..at(leaf + 1)).map(<[u8]>::to_vec) else { return };
