@@ -22,7 +22,7 @@ use foliage_lod::{
 };
 use glb::{Gltf, cards};
 use mutate::{Random, damage, damage_json, damage_text, write_notable};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::{
     collections::BTreeMap,
     path::Path,
@@ -64,7 +64,7 @@ fn survive(kind: &str, expected: &[&str], read: impl Fn(&mut Random) -> Result<(
 fn outcome(read: Result<()>) -> &'static str {
     let Err(error) = read else { return "accepted" };
     let message = error.to_string();
-    assert!(!message.contains('\n'), "more than one line: {message:?}");
+    assert!(!message.contains(char::is_control), "no plain line: {message:?}");
     match error {
         Error::Unreadable { .. } => "unreadable",
         Error::Unsupported { .. } => "unsupported",
@@ -291,9 +291,11 @@ fn meshopt() -> Gltf {
     file
 }
 
-/// What an import gives is sound.
+/// What an import gives is sound, and its warnings are plain lines.
 fn check(imported: Result<Imported>) -> Result<()> {
-    imported?.plant.validate().expect("what is imported is sound");
+    let Imported { plant, warnings, .. } = imported?;
+    plant.validate().expect("what is imported is sound");
+    assert!(!warnings.iter().any(|warning| warning.contains(char::is_control)), "{warnings:?}");
     Ok(())
 }
 
@@ -303,7 +305,7 @@ fn read_gltf(bytes: &[u8]) -> Result<()> {
 
 /// Keys and values that mean something in glTF.
 const GLTF_WORDS: &str = " MASK BLEND SCALAR VEC2 VEC3 VEC4 MAT4 matrix children skin mode min normalized COLOR_0 NORMAL TEXCOORD_1 \
-    ROTATION EXPONENTIAL OCTAHEDRAL INDICES image/webp uri data:;base64,AAAA no\nsuch.png extensionsRequired";
+    ROTATION EXPONENTIAL OCTAHEDRAL INDICES image/webp uri data:;base64,AAAA no\nsuch.png \u{1b}[31m extensionsRequired";
 
 #[test]
 fn damaged_gltf_is_refused_or_sound() {
@@ -324,6 +326,26 @@ fn damaged_gltf_is_refused_or_sound() {
         }
         read_gltf(&bytes)
     });
+}
+
+#[test]
+fn names_in_a_file_leave_messages_and_warnings_plain_lines() {
+    let name = || json!("a\n\u{1b}[31m%0Ab");
+    let places: [(&str, fn(&mut Value, Value)); 4] = [
+        ("unreadable", |file, name| file["buffers"][0]["uri"] = name),
+        ("unsupported", |file, name| file["extensionsRequired"] = json!([name])),
+        ("unknown name", |file, name| file["materials"][0]["name"] = name),
+        ("unknown name", |file, name| file["images"][0] = json!({ "uri": name, "name": name })),
+    ];
+    for (expected, place) in places {
+        let mut file = rich();
+        place(&mut file.json, name());
+        let options = ImportOptions { leaves: Some("none".into()), ..ImportOptions::default() };
+        assert_eq!(outcome(check(load_gltf_bytes(&file.glb(), Path::new("names.glb"), &options))), expected);
+        outcome(read_gltf(&file.glb()));
+    }
+    let species = SPECIES[0].replace("leaves =", "\"lea\\nves\" =");
+    assert_eq!(outcome(Species::from_toml(&species, Path::new("names.toml")).map(drop)), "unreadable");
 }
 
 #[test]
@@ -381,7 +403,7 @@ fn an_obj_colour_of_one_number_is_a_grey_and_one_of_none_or_two_is_left_out() {
         assert!(warnings.is_empty(), "{warnings:?}");
     }
     let (_, warnings) = read_material("newmtl leaf\nKd red\n");
-    assert!(warnings[0].starts_with("material library tree.mtl is left out"), "{warnings:?}");
+    assert!(warnings[0].starts_with("material library \"tree.mtl\" is left out"), "{warnings:?}");
 }
 
 const SPECIES: [&str; 3] = [

@@ -59,7 +59,7 @@ fn library(name: &Path, path: &Path, warnings: &mut Vec<String>) -> tobj::MTLLoa
         tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| error.to_string())
     });
     library.or_else(|reason| {
-        warnings.push(format!("material library {} is left out: {reason}", name.display()));
+        warnings.push(format!("material library {name:?} is left out: {reason}"));
         Ok(Default::default())
     })
 }
