@@ -328,10 +328,13 @@ fn damaged_gltf_is_refused_or_sound() {
     });
 }
 
+/// Writes a name into a file's JSON.
+type Naming = fn(&mut Value, Value);
+
 #[test]
 fn names_in_a_file_leave_messages_and_warnings_plain_lines() {
     let name = || json!("a\n\u{1b}[31m%0Ab");
-    let places: [(&str, fn(&mut Value, Value)); 4] = [
+    let places: [(&str, Naming); 4] = [
         ("unreadable", |file, name| file["buffers"][0]["uri"] = name),
         ("unsupported", |file, name| file["extensionsRequired"] = json!([name])),
         ("unknown name", |file, name| file["materials"][0]["name"] = name),
