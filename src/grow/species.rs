@@ -246,7 +246,7 @@ impl Species {
     pub fn from_toml(text: &str, origin: &Path) -> Result<Self> {
         let species: Self = toml::from_str(text).map_err(|error| {
             let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-            let reason = format!("line {line}: {}", error.message().replace('\n', " "));
+            let reason = format!("line {line}: {}", error.message().replace(char::is_control, " "));
             Error::unreadable(origin, reason, "see data/species/english-oak.toml for every key")
         })?;
         check_ranges(&species).map_err(|(reason, fix)| Error::unreadable(origin, reason, fix))?;

@@ -46,7 +46,7 @@ pub(super) fn check_required<'a>(required: impl IntoIterator<Item = &'a String>)
 /// The refusal of the extension `name`.
 pub(super) fn unsupported(name: &str) -> Fault {
     let fix = FIXES.iter().find(|(known, _)| *known == name).map_or("export the plant without it", |(_, fix)| fix);
-    Fault::Unsupported { feature: format!("the glTF extension {name}"), fix: fix.to_owned() }
+    Fault::Unsupported { feature: format!("the glTF extension {}", name.escape_debug()), fix: fix.to_owned() }
 }
 
 #[cfg(test)]

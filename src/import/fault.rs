@@ -40,7 +40,7 @@ impl Fault {
             Self::UnknownName { name, known } => Error::InvalidOption {
                 option: "--leaves",
                 value: format!("{name:?}"),
-                allowed: format!("a material, node or mesh of {}: {}", path.display(), known.join(", ")),
+                allowed: format!("a material, node or mesh of {}: {}", path.display(), known.join(", ").escape_debug()),
             },
             Self::Io { path, source } => Error::Io { path, source },
         }

@@ -32,7 +32,7 @@ const MAX_INDICES_PER_BYTE: u64 = 16;
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
     let container = container::split(bytes)?;
     let root = Root::from_slice(container.json)
-        .map_err(|error| Fault::broken(format!("its JSON is not glTF: {error}").replace('\n', " ")))?;
+        .map_err(|error| Fault::broken(format!("its JSON is not glTF: {error}").replace(char::is_control, " ")))?;
     extensions::check_required(&root.extensions_required)?;
     let buffers = Buffers::load(&root, container.binary, path)?;
     let accessors = Accessors::new(&root, &buffers);

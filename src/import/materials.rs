@@ -82,7 +82,11 @@ impl<'a> Materials<'a> {
                 name: source.name.clone().unwrap_or_default(),
                 base_color: base_color.map(|factor| if factor.is_finite() { factor } else { 1.0 }),
                 alpha_mode,
-                alpha_cutoff: source.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0),
+                alpha_cutoff: source
+                    .alpha_cutoff
+                    .map(|cutoff| cutoff.0)
+                    .filter(|cutoff| cutoff.is_finite())
+                    .unwrap_or(0.5),
                 double_sided: source.double_sided,
                 ..Material::default()
             },

@@ -54,11 +54,25 @@ fn broken(error: LoadError) -> Fault {
 /// A material library; one that is missing or damaged is left out with a warning.
 fn library(name: &Path, path: &Path, warnings: &mut Vec<String>) -> tobj::MTLLoadResult {
     let bytes = uri::read(&name.to_string_lossy(), path).map_err(|fault| fault.at(path).to_string());
-    let library = bytes.and_then(|bytes| tobj::load_mtl_buf(&mut &bytes[..]).map_err(|error| error.to_string()));
+    let library = bytes.and_then(|bytes| {
+        let text = with_whole_colors(str::from_utf8(&bytes).map_err(|error| error.to_string())?);
+        tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| error.to_string())
+    });
     library.or_else(|reason| {
-        warnings.push(format!("material library {} is left out: {reason}", name.display()));
+        warnings.push(format!("material library {name:?} is left out: {reason}"));
         Ok(Default::default())
     })
+}
+
+/// A material library whose every colour has three numbers, for tobj panics at fewer: one number is a grey, as the format
+/// has it, and a colour of none or two is left out.
+fn with_whole_colors(library: &str) -> String {
+    let line = |line: &str| match line.split_whitespace().collect::<Vec<_>>()[..] {
+        [key @ ("Ka" | "Kd" | "Ks" | "Ke"), grey] => format!("{key} {grey} {grey} {grey}\n"),
+        ["Ka" | "Kd" | "Ks" | "Ke"] | ["Ka" | "Kd" | "Ks" | "Ke", _, _] => "\n".to_owned(),
+        _ => format!("{line}\n"),
+    };
+    library.lines().map(line).collect()
 }
 
 impl Source {

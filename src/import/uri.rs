@@ -17,6 +17,9 @@ pub(super) fn read(uri: &str, beside: &Path) -> Result<Vec<u8>, Fault> {
         let feature = format!("fetching {uri:?}");
         return Err(Fault::Unsupported { feature, fix: "download it and refer to it by a relative path".to_owned() });
     }
+    if percent_decode_str(uri).decode_utf8_lossy().contains(char::is_control) {
+        return Err(Fault::broken(format!("control characters are in the file name {uri:?}")));
+    }
     read_file(&beside_path(uri, beside))
 }
 

@@ -37,11 +37,13 @@ impl AreaRule {
 /// what is not a number as 0.
 pub fn visible_factor(lambda: f64, visible_share: f64) -> f64 {
     let r = if visible_share.is_nan() { 0.0 } else { visible_share.clamp(0.0, 1.0) };
-    if r == 0.0 {
+    // Below this numbers have fewer digits, and the limit is met to the last one.
+    if r < f64::MIN_POSITIVE {
         return lambda.recip();
     }
-    // ln(1 - r) and 1 - e^x lose no digits where r is small.
-    -(((-r).ln_1p() / lambda).exp_m1()) / r
+    // ln(1 - r) and 1 - e^x lose no digits where r is small; the last one may still leave the range.
+    let factor = -(((-r).ln_1p() / lambda).exp_m1()) / r;
+    factor.min(lambda.recip()).max(1.0)
 }
 
 #[cfg(test)]

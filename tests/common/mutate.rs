@@ -1,0 +1,150 @@
+//! Damage to bytes, text and JSON, the same for the same seed on every run.
+
+use serde_json::{Value, json};
+
+/// Values at which counts, offsets and floats tend to break.
+const NOTABLE: [u64; 21] = [
+    0,
+    1,
+    2,
+    3,
+    0x7F,
+    0xFF,
+    0xFFFF,
+    1 << 20,
+    0x0000_0001_0000_0000,
+    0x7FFF_FFFF,
+    0x8000_0000,
+    0xFFFF_FFFF,
+    0x3F80_0000, // 1.0
+    0xBF80_0000, // -1.0
+    0x3F80_0001, // just above 1.0
+    0x7F7F_FFFF, // greatest finite f32
+    0x7F80_0000, // infinity
+    0xFFC0_0000, // not a number
+    1 << 62,
+    u64::MAX - 55,
+    u64::MAX,
+];
+/// Numbers as text, parted by spaces.
+const NUMBERS: &str = "0 -0.0 1 -1 2 0.5 1e-45 1e30 -3e38 1e39 1e400 nan -inf 4294967295 9223372036854775807 \
+    99999999999999999999";
+/// Longest run of bytes that is cut out, doubled or copied.
+const LONGEST_RUN: usize = 64;
+
+/// Numbers from a seed: xorshift64* (Vigna, 2016).
+pub struct Random(u64);
+
+impl Random {
+    /// Another stream for every seed below `u64::MAX`.
+    pub fn new(seed: u64) -> Self {
+        Self((seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
+    }
+
+    fn bits(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
+    }
+
+    /// 0 up to but not `end`; 0 where that is nothing.
+    pub fn below(&mut self, end: usize) -> usize {
+        (self.bits() >> 32) as usize % end.max(1)
+    }
+
+    /// One of the words of `text`, which are parted by single spaces.
+    fn word<'a>(&mut self, text: &'a str) -> &'a str {
+        let words = text.split(' ');
+        words.clone().nth(self.below(words.count())).unwrap_or_default()
+    }
+
+    /// One of `from`, which is not empty.
+    pub fn pick<T: Clone>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len())].clone()
+    }
+}
+
+/// Changes one to three places: bits, bytes, numbers, runs of bytes that go, come twice or cover others, the end.
+pub fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
+    for _ in 0..=random.below(3) {
+        let at = random.below(bytes.len() + 1);
+        let end = at + random.below((bytes.len() - at).min(LONGEST_RUN) + 1);
+        match random.below(8) {
+            0 | 1 => bytes[at.saturating_sub(1)..at].iter_mut().for_each(|byte| *byte ^= 1 << random.below(8)),
+            2 => bytes[at..end].iter_mut().for_each(|byte| *byte = random.below(256) as u8),
+            3 | 4 => write_notable(bytes, at, 1 << random.below(4), random),
+            5 => drop(bytes.drain(at..end)),
+            6 => {
+                let run = bytes[at..end].to_vec();
+                let to = random.below(bytes.len() + 1);
+                let covered = if random.below(2) == 0 { to } else { (to + run.len()).min(bytes.len()) };
+                bytes.splice(to..covered, run);
+            }
+            _ => bytes.truncate(at),
+        }
+    }
+}
+
+/// Writes a notable number of up to `width` bytes at `at`, as far as there is room.
+pub fn write_notable(bytes: &mut [u8], at: usize, width: usize, random: &mut Random) {
+    let number = random.pick(&NOTABLE).to_le_bytes();
+    bytes.iter_mut().skip(at).zip(&number[..width]).for_each(|(byte, &new)| *byte = new);
+}
+
+/// Changes one or two lines: they go, come twice, change places, or a word of theirs becomes a number, one of `words` or
+/// another word of the text; at times bytes as well.
+pub fn damage_text(text: &str, words: &str, random: &mut Random) -> Vec<u8> {
+    let all: Vec<&str> = text.split_whitespace().collect();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    for _ in 0..=random.below(2) {
+        let [at, other] = [random.below(lines.len()), random.below(lines.len())];
+        match random.below(8) {
+            0 => drop(lines.remove(at)),
+            1 => lines.insert(other, lines[at].clone()),
+            2 => lines.swap(at, other),
+            kind => {
+                let mut line: Vec<&str> = lines[at].split_whitespace().collect();
+                let word = if kind % 3 == 2 { random.pick(&all) } else { random.word([NUMBERS, words][kind % 3]) };
+                let place = random.below(line.len() + 1);
+                line.splice(place..(place + 1).min(line.len()), [word]);
+                lines[at] = line.join(" ");
+            }
+        }
+    }
+    let mut bytes = lines.join("\n").into_bytes();
+    if random.below(4) == 0 {
+        damage(&mut bytes, random);
+    }
+    bytes
+}
+
+/// Changes one to three values: to a notable one, one of `words` or a copy of another; or something in them goes or comes.
+pub fn damage_json(json: &mut Value, words: &str, random: &mut Random) {
+    for _ in 0..=random.below(3) {
+        let places = places(json);
+        let other = json.pointer(&random.pick(&places)).cloned().unwrap_or_default();
+        let Some(value) = json.pointer_mut(&random.pick(&places)) else { continue };
+        match (random.below(5), &mut *value) {
+            (0, _) => *value = other,
+            (1, Value::Array(values)) if !values.is_empty() => drop(values.remove(random.below(values.len()))),
+            (1, Value::Object(members)) => members.retain(|_, _| random.below(4) > 0),
+            (2, Value::Array(values)) => values.push(other),
+            (2, Value::Object(members)) => drop(members.insert(random.word(words).to_owned(), other)),
+            (3, Value::Number(number)) => *value = json!((number.as_f64().unwrap_or(0.0) as i64).saturating_add(1)),
+            (4, _) => *value = json!(random.word(words)),
+            _ => *value = serde_json::from_str(random.word(NUMBERS)).unwrap_or_default(),
+        }
+    }
+}
+
+/// Pointers to a value and everything in it.
+fn places(json: &Value) -> Vec<String> {
+    let inner: Vec<(String, &Value)> = match json {
+        Value::Array(values) => values.iter().enumerate().map(|(i, value)| (i.to_string(), value)).collect(),
+        Value::Object(members) => members.iter().map(|(key, value)| (key.clone(), value)).collect(),
+        _ => Vec::new(),
+    };
+    let deeper = inner.iter().flat_map(|(key, value)| places(value).into_iter().map(move |p| format!("/{key}{p}")));
+    [String::new()].into_iter().chain(deeper).collect()
+}

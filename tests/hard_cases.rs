@@ -1,0 +1,500 @@
+//! Cases at the edge of what there can be, each against an oracle or an invariant that does not depend on the code.
+#![cfg(feature = "simplify")]
+
+mod common;
+
+use common::{
+    naive::Naive,
+    plants::{self, Random},
+};
+use foliage_lod::{
+    Error, Plant,
+    extract::{
+        Hysteresis, LodPolicy, Sight, Swap,
+        lod::{Blend, CookLambda},
+    },
+    leaf::Vertex,
+    model::{FoliageModel, Prune, Recipe, Timeline, Transition, scaled},
+    plant::{Wood, WoodPart},
+    render::{
+        camera::Camera,
+        image::Image,
+        software::{Background, DrawOptions, draw_model, draw_plant},
+    },
+    simplify::{
+        Compensate, Quiet, SimplifyOptions, options::Criterion, order, raster::CpuFragments, simplify,
+        views::VIEW_COUNTS,
+    },
+    stochastic::{AreaRule, Stochastic, area::visible_factor},
+};
+use glam::{DVec3, Vec3};
+use proptest::prelude::*;
+
+/// Every criterion with every rule that enlarges, with and without a cascade; one thread.
+fn all_options(resolution: u32) -> Vec<SimplifyOptions> {
+    let mut all = Vec::new();
+    for criterion in [Criterion::Vmi, Criterion::Area, Criterion::Image] {
+        for compensate in [Compensate::Nearest, Compensate::Silhouette, Compensate::Image, Compensate::None] {
+            for cascade in [false, true] {
+                let paper = SimplifyOptions::paper();
+                all.push(SimplifyOptions { criterion, compensate, cascade, resolution, threads: 1, ..paper });
+            }
+        }
+    }
+    all
+}
+
+fn model_of(plant: &Plant, options: &SimplifyOptions) -> FoliageModel {
+    simplify(plant, options, &mut CpuFragments::new(), &mut Quiet).unwrap().model
+}
+
+fn prunes_of(plant: &Plant, options: &SimplifyOptions) -> Vec<Prune> {
+    order(plant, options, &mut CpuFragments::new(), &mut Quiet).unwrap().0
+}
+
+/// The plant with every position changed.
+fn moved(plant: &Plant, to: impl Fn(Vec3) -> Vec3) -> Plant {
+    let mut plant = plant.clone();
+    let vertices = plant.vertices.iter_mut().chain(&mut plant.wood.vertices).map(|vertex| &mut vertex.position);
+    let positions = vertices.chain(plant.leaves.iter_mut().map(|leaf| &mut leaf.pivot));
+    positions.for_each(|position| *position = to(Vec3::from(*position)).to_array());
+    plant
+}
+
+/// Six cards that close a box of half width `half` about the origin.
+fn closed_box(half: f32) -> Plant {
+    let mut plant = plants::bare("box");
+    for axis in 0..3 {
+        let unit = |turn: usize| Vec3::AXES[(axis + turn) % 3] * half;
+        for side in [-1.0, 1.0] {
+            let base = unit(0) * side - unit(1);
+            plants::push_card(&mut plant, base, unit(1) * 2.0, unit(2) * 2.0, base);
+        }
+    }
+    plant
+}
+
+/// Twenty leaves within a closed box of wood.
+fn walled_in() -> Plant {
+    let mut plant = moved(&plants::quads(20, 1.0, 5), |position| position * 0.2);
+    let Plant { vertices, indices, .. } = closed_box(1.0);
+    plant.wood = Wood { parts: vec![WoodPart { indices: [0, indices.len() as u32], material: 0 }], vertices, indices };
+    plant
+}
+
+const SIZE: [u32; 2] = [96, 96];
+const BARE: DrawOptions = DrawOptions { background: Background::Transparent, wood: true, tone: None };
+
+/// Covered pixels, partly covered ones by their share.
+fn covered_px(image: &Image) -> f64 {
+    image.rgba.iter().skip(3).step_by(4).map(|&alpha| f64::from(alpha) / 255.0).sum()
+}
+
+/// The model at active count `n` from the side, framed.
+fn picture(model: &FoliageModel, n: usize, fov_deg: f64) -> Image {
+    let camera = Camera::framing(&model.sphere(), DVec3::new(1.0, 0.3, 2.0), fov_deg.to_radians(), 1.1);
+    draw_model(model, n, &camera, SIZE, &BARE).unwrap()
+}
+
+/// (lambda, r, (1 - (1 - r)^(1/lambda)) / r) of exactly these binary numbers, computed with 400 decimal digits.
+const AREA_FACTORS: [[f64; 3]; 23] = [
+    [0.3, 5e-324, 3.3333333333333335],
+    [0.7, 1e-310, 1.4285714285714286],
+    [1e-06, 1e-20, 999999.999999995],
+    [1e-06, 1e-12, 999999.5000006667],
+    [1e-06, 1e-06, 632120.742768355],
+    [1e-06, 0.01, 100.0],
+    [0.005, 1e-12, 199.9999999801],
+    [0.005, 0.0001, 198.0230695677932],
+    [0.005, 0.01, 86.6020325142038],
+    [0.005, 0.1, 9.99999999294492],
+    [0.03, 0.002, 32.27773164870726],
+    [0.03, 0.07, 13.014163886831687],
+    [0.1, 0.01, 9.56179249911955],
+    [0.3, 0.0001, 3.332944461728251],
+    [0.3, 0.3, 2.31816309134096],
+    [0.3, 0.999999, 1.000001000001],
+    [0.5, 0.5, 1.5],
+    [0.75, 0.99, 1.0079248134444123],
+    [0.9999999999999999, 1e-12, 1.0],
+    [0.9999999999999999, 0.5, 1.0],
+    [1.0, 1e-12, 1.0],
+    [1.0, 0.37, 1.0],
+    [0.3, 0.9999999999999999, 1.0000000000000002],
+];
+
+#[test]
+fn area_factors_equal_those_of_four_hundred_digits() {
+    for [lambda, r, factor] in AREA_FACTORS {
+        let error = visible_factor(lambda, r) / factor - 1.0;
+        assert!(error.abs() < 1e-12, "lambda {lambda:e}, r {r:e}: {error:e} off {factor}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn area_factors_lie_between_1_and_what_keeps_the_surface(lambda in 0.005..1.0_f64, r in 0.0..=1.0_f64, power in -320..0) {
+        for r in [r, r * 10_f64.powi(power)] {
+            let factor = visible_factor(lambda, r);
+            prop_assert!(factor >= 1.0 && factor <= lambda.recip(), "{} at r {}", factor, r);
+            prop_assert_eq!(AreaRule::Visible.linear_scale(1.0, r), 1.0);
+        }
+    }
+}
+
+#[test]
+fn a_hundred_thousand_enlargements_of_one_leaf_are_undone_to_the_bit() {
+    let leaves = 100_000_u32;
+    let scale_at = |n: u32| 1.0 + (leaves - n) as f32 * 1e-4;
+    let mut plant = plants::bare("one for all");
+    let corner = |x, y| Vertex { position: [x, y, 0.0], normal: [0.0; 3], uv: [0.0; 2], color: [1.0; 4] };
+    for _ in 0..leaves {
+        plant.push_leaf(&[corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)], &[0, 1, 2], [0.0; 3], 0);
+    }
+    let prune = |leaf| Prune { leaf, target: 0, target_scale: scale_at(leaf), error: 0.0 };
+    let prunes: Vec<Prune> = (1..leaves).rev().map(prune).collect();
+    let model = FoliageModel::assemble(&plant, &prunes, Recipe::default()).unwrap();
+    assert_eq!(model.max_scale, scale_at(1));
+    assert_eq!(model.enlarged_aabb().max, [scale_at(1), scale_at(1), 0.0]);
+    let (timeline, mut swap) = (Timeline::new(&model), Swap::new(&model));
+    for n in [0, leaves, 0, leaves, 1, 50_000, leaves - 1, 0, leaves] {
+        swap.set_active(n);
+        assert_eq!([timeline.scale(0, n), swap.scales()[0]], [scale_at(n.max(1)); 2], "at {n}");
+        assert!(swap.scales()[1..].iter().all(|&scale| scale == 1.0));
+    }
+    let slots: Vec<f32> = model.leaves.iter().map(|leaf| leaf.scale).collect();
+    assert_eq!(swap.slots(), slots);
+}
+
+#[test]
+fn a_count_that_jumps_between_none_and_all_gets_there_at_once() {
+    for dead_band in [0.0, 0.02, 1e9, -1.0, f32::INFINITY, f32::NAN] {
+        let mut hysteresis = Hysteresis::new(dead_band);
+        for _ in 0..3 {
+            assert_eq!([0, 100_000].map(|n| hysteresis.settle(n, 100_000, 0)), [0, 100_000], "{dead_band}");
+        }
+    }
+}
+
+/// Numbers that distances and ranges should not be, among some that they may be.
+const ODD: [f32; 12] =
+    [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -5.0, 1.0, 5.0, 1e-38, 1e19, 1e38, f32::MAX, f32::MIN_POSITIVE];
+
+fn at(distance: f32) -> Sight {
+    Sight { distance, radius: 1.0, fov_y: 1.0, height_px: 1080.0 }
+}
+
+#[test]
+fn lod_never_rises_with_distance_whatever_the_range() {
+    let distances =
+        [0.0, 1e-38, 0.5, 1.0, 1.000_000_1, 2.0, 5.0, 5.000_001, 1e3, 1e18, 1e20, 1e38, f32::INFINITY].map(at);
+    for a in ODD {
+        for b in ODD {
+            let blend = Blend { near: a, far: b, ..Blend::default() };
+            let cook = CookLambda { start: a, half_area: b };
+            for policy in [&blend as &dyn LodPolicy, &cook] {
+                let lods = distances.map(|sight| policy.lod(&sight));
+                assert!(lods.windows(2).all(|pair| pair[0] >= pair[1]), "{a} {b}: {lods:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_range_without_width_or_end_is_a_step_or_all() {
+    let nearness = |near, far, distance| Blend { near, far, nearness_weight: 1.0, area_weight: 0.0 }.lod(&at(distance));
+    for far in [5.0, 4.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
+        let lods = [0.0, 5.0, 5.000_001, f32::INFINITY].map(|distance| nearness(5.0, far, distance));
+        assert_eq!(lods, [1.0, 1.0, 0.0, 0.0], "far {far}");
+    }
+    assert_eq!([0.0, 1e38, f32::INFINITY].map(|distance| nearness(5.0, f32::INFINITY, distance)), [1.0; 3]);
+    assert_eq!([0.0, 5.0, f32::INFINITY].map(|distance| nearness(f32::NAN, 5.0, distance)), [0.0; 3]);
+}
+
+#[test]
+fn outlines_in_pixels_follow_the_formula_from_1_to_170_degrees() {
+    for fov_deg in [1.0_f64, 60.0, 170.0] {
+        for distance in [1.5_f64, 3.0, 1e3, 1e6] {
+            let expected = 540.0 / ((distance * distance - 1.0).sqrt() * (0.5 * fov_deg.to_radians()).tan());
+            for scale in [1e-6, 1.0, 1e6] {
+                let (distance, radius) = ((distance * scale) as f32, scale as f32);
+                let sight = Sight { distance, radius, fov_y: fov_deg.to_radians() as f32, height_px: 1080.0 };
+                let error = f64::from(sight.radius_px()) / expected - 1.0;
+                assert!(error.abs() < 2e-6, "{fov_deg} degrees, {distance} of {radius}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn plants_a_million_times_smaller_or_larger_are_pruned_and_drawn_alike() {
+    // Powers of two change no digit, so everything is the same to the bit.
+    let powers = [2_f32.powi(-20), 2_f32.powi(20)];
+    for plant in [plants::with_wood(60, 3), plants::masked(60, 4), plants::bent(60, 5)] {
+        for options in all_options(24) {
+            let prunes = prunes_of(&plant, &options);
+            for factor in powers {
+                let other = moved(&plant, |position| position * factor);
+                assert_eq!(prunes_of(&other, &options), prunes, "{} by {options:?} at {factor}", plant.name);
+            }
+        }
+        let [small, model, large] = [powers[0], 1.0, powers[1]].map(|factor| {
+            model_of(
+                &moved(&plant, |position| position * factor),
+                &SimplifyOptions { resolution: 24, ..SimplifyOptions::fast() },
+            )
+        });
+        for fov_deg in [1.0, 60.0, 170.0] {
+            for n in [60, 20, 3] {
+                let expected = picture(&model, n, fov_deg);
+                assert!(covered_px(&expected) > 10.0, "{n} leaves at {fov_deg} degrees");
+                assert!(picture(&small, n, fov_deg) == expected && picture(&large, n, fov_deg) == expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn decimal_factors_of_a_million_change_the_picture_by_rounding_alone() {
+    let plant = plants::with_wood(60, 3);
+    let options = SimplifyOptions { resolution: 24, ..SimplifyOptions::paper() };
+    let expected = picture(&model_of(&plant, &options), 60, 40.0);
+    for factor in [1e-6, 1e6] {
+        let other = picture(&model_of(&moved(&plant, |position| position * factor), &options), 60, 40.0);
+        let differs = expected.rgba.iter().zip(&other.rgba).filter(|(a, b)| a.abs_diff(**b) > 8).count();
+        assert!(differs * 500 < expected.rgba.len(), "{differs} bytes at {factor}");
+    }
+}
+
+#[test]
+fn a_plant_far_from_the_origin_is_pruned_as_at_the_origin() {
+    // Corners and centroids are whole numbers, of which none is rounded away at 2^22.
+    let mut random = Random(8);
+    let mut plant = plants::bare("whole numbers");
+    for _ in 0..60 {
+        let base = (random.in_ball() * 25.0).round() * 4.0;
+        let [along, across] = [(); 2].map(|()| (random.direction() * 8.0).round() * 4.0);
+        plants::push_card(&mut plant, base, along, across, base);
+    }
+    let far = moved(&plant, |position| position + Vec3::new(4_194_304.0, -4_194_304.0, 4_194_304.0));
+    // Looks are single precision, so what pictures decide may differ.
+    let by_image =
+        |options: &SimplifyOptions| options.criterion == Criterion::Image || options.compensate == Compensate::Image;
+    for options in all_options(24).into_iter().filter(|options| !by_image(options)) {
+        assert_eq!(prunes_of(&far, &options), prunes_of(&plant, &options), "{options:?}");
+    }
+}
+
+#[test]
+fn one_and_two_leaves_make_sound_models_by_any_options() {
+    for count in [1, 2] {
+        for options in all_options(16) {
+            let model = model_of(&plants::quads(count, 1.0, 3), &options);
+            model.validate().unwrap();
+            assert_eq!(model.leaves.len(), count);
+            assert!((0..=count).all(|n| Swap::new(&model).set_active(n as u32).len() <= 1));
+        }
+    }
+}
+
+#[test]
+fn leaves_that_wood_hides_go_in_their_order_and_change_nothing() {
+    let plant = walled_in();
+    for options in all_options(16) {
+        let prunes = prunes_of(&plant, &options);
+        for (i, prune) in prunes.iter().enumerate() {
+            assert_eq!((prune.leaf, prune.target_scale, prune.error), (i as u32, 1.0, 0.0), "{options:?}");
+        }
+    }
+    let model = model_of(&plant, &SimplifyOptions { resolution: 16, ..SimplifyOptions::paper() });
+    let bare = picture(&model, 0, 60.0);
+    assert!(covered_px(&bare) > 1000.0);
+    assert!(picture(&model, 1, 60.0) == bare && picture(&model, 20, 60.0) == bare);
+    assert_eq!(Stochastic::new(&plant, 1, &mut CpuFragments::new()).unwrap().visible_share, 0.0);
+}
+
+#[test]
+fn coincident_leaves_are_lost_without_error_and_where_views_decide_without_growth() {
+    let mut plant = plants::bare("coincident");
+    (0..40).for_each(|_| plants::push_card(&mut plant, Vec3::ZERO, Vec3::Y, Vec3::X, Vec3::ZERO));
+    for options in all_options(16) {
+        let model = model_of(&plant, &options);
+        assert!(model.leaves.iter().all(|leaf| leaf.error == 0.0), "{options:?}");
+        // The nearest leaf takes what was seen of the one before it, although it shows as much itself.
+        if options.compensate != Compensate::Nearest {
+            assert_eq!(model.max_scale, 1.0, "{options:?}");
+            assert!(picture(&model, 1, 60.0) == picture(&model, 40, 60.0), "{options:?}");
+        }
+    }
+}
+
+#[test]
+fn leaves_without_area_are_lost_without_error_and_nothing_grows_for_them() {
+    let mut plant = plants::quads(30, 2.0, 9);
+    for leaf in [0, 7, 8, 29] {
+        let pivot = plant.leaves[leaf].pivot;
+        let range = plant.leaves[leaf].vertex_range();
+        plant.vertices[range].iter_mut().for_each(|vertex| vertex.position = pivot);
+    }
+    for options in all_options(16) {
+        let mut scales = [1.0_f32; 30];
+        for prune in prunes_of(&plant, &options) {
+            let before = std::mem::replace(&mut scales[prune.target as usize], prune.target_scale);
+            if [0, 7, 8, 29].contains(&prune.leaf) {
+                assert_eq!((prune.error, prune.target_scale), (0.0, before), "leaf {} by {options:?}", prune.leaf);
+            }
+        }
+    }
+    let nowhere = moved(&plant, |_| Vec3::ONE);
+    for options in all_options(16) {
+        assert!(prunes_of(&nowhere, &options).iter().all(|prune| prune.error == 0.0 && prune.target_scale == 1.0));
+    }
+}
+
+#[test]
+fn views_of_one_to_three_pixels_are_pruned_as_by_the_naive_method() {
+    for (resolution, background) in [(1, true), (1, false), (2, true), (3, true)] {
+        let mut plant = plants::with_wood(60, 10);
+        plant.canonicalize();
+        let options = SimplifyOptions { resolution, background, ..SimplifyOptions::paper() };
+        let expected = Naive::new(&plant, resolution, background, options.max_scale).run();
+        assert_eq!(prunes_of(&plant, &options), expected, "{resolution} px, background {background}");
+    }
+}
+
+fn camera_at(eye: DVec3, toward: DVec3, fov_deg: f64) -> Camera {
+    Camera { eye, target: eye + toward, up: DVec3::Y, fov_y_radians: fov_deg.to_radians(), aspect: 1.0, near: 1e-3 }
+}
+
+#[test]
+fn a_card_covers_what_its_angle_says_from_1_to_170_degrees() {
+    for fov_deg in [1.0_f64, 60.0, 170.0] {
+        let half_width = 0.5 * (0.5 * fov_deg.to_radians()).tan() as f32;
+        let mut plant = plants::bare("card");
+        let base = Vec3::NEG_Y * half_width;
+        plants::push_card(&mut plant, base, Vec3::Y * 2.0 * half_width, Vec3::X * 2.0 * half_width, base);
+        let camera = camera_at(DVec3::Z, DVec3::NEG_Z, fov_deg);
+        let covered = covered_px(&draw_plant(&plant, &camera, SIZE, &BARE).unwrap());
+        assert!((covered - 48.0 * 48.0).abs() < 1.0, "{covered} pixels at {fov_deg} degrees");
+        let away = Camera { target: camera.eye + DVec3::Z, ..camera };
+        assert_eq!(covered_px(&draw_plant(&plant, &away, SIZE, &BARE).unwrap()), 0.0);
+    }
+}
+
+#[test]
+fn from_inside_a_closed_crown_every_pixel_is_leaf() {
+    let mut crown = closed_box(1.0);
+    crown.materials[0].double_sided = true;
+    for eye in [DVec3::ZERO, DVec3::new(0.9, -0.5, 0.3)] {
+        for toward in [DVec3::X, DVec3::NEG_Y, DVec3::new(-1.0, 0.4, 0.2), DVec3::ONE] {
+            for fov_deg in [1.0, 60.0, 170.0] {
+                let image = draw_plant(&crown, &camera_at(eye, toward, fov_deg), SIZE, &BARE).unwrap();
+                assert_eq!(covered_px(&image), 96.0 * 96.0, "from {eye} to {toward} at {fov_deg} degrees");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_number_that_is_none_is_refused_wherever_it_stands() {
+    let plant = plants::with_wood(3, 11);
+    let simplified = |plant: &Plant, options| simplify(plant, &options, &mut CpuFragments::new(), &mut Quiet);
+    let options = SimplifyOptions { resolution: 8, ..SimplifyOptions::paper() };
+    for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let places: [fn(&mut Plant) -> &mut f32; 8] = [
+            |plant| &mut plant.vertices[5].position[1],
+            |plant| &mut plant.vertices[0].normal[2],
+            |plant| &mut plant.vertices[11].uv[0],
+            |plant| &mut plant.vertices[3].color[3],
+            |plant| &mut plant.wood.vertices[7].position[0],
+            |plant| &mut plant.leaves[2].pivot[2],
+            |plant| &mut plant.materials[0].base_color[0],
+            |plant| &mut plant.materials[1].alpha_cutoff,
+        ];
+        for (i, place) in places.iter().enumerate() {
+            let mut broken = plant.clone();
+            *place(&mut broken) = number;
+            let result = simplified(&broken, options.clone());
+            assert!(matches!(result, Err(Error::InvalidPlant { invariant: 3, .. })), "place {i}: {number}");
+        }
+        let result = simplified(&plant, SimplifyOptions { max_scale: number, ..options.clone() });
+        assert!(matches!(result, Err(Error::InvalidOption { option: "--max-scale", .. })), "{number}");
+    }
+}
+
+/// Any small plant of any kind of leaf.
+fn any_plant() -> impl Strategy<Value = Plant> {
+    (0..6, 1..40_usize, any::<u64>()).prop_map(|(kind, leaves, seed)| match kind {
+        0 => plants::quads(leaves, 3.0, seed),
+        1 => plants::bent(leaves, seed),
+        2 => plants::crossed(leaves, seed),
+        3 => plants::twins(leaves + 1, seed),
+        4 => plants::with_wood(leaves, seed),
+        _ => plants::masked(leaves, seed),
+    })
+}
+
+fn any_options() -> impl Strategy<Value = SimplifyOptions> {
+    let resolution = prop_oneof![Just(1), 2..40_u32];
+    let max_scale = prop_oneof![Just(1.0), 1.0..64.0_f32, Just(64.0)];
+    (0..24_usize, resolution, 0..VIEW_COUNTS.len(), any::<bool>(), max_scale).prop_map(
+        |(i, resolution, views, background, max_scale)| SimplifyOptions {
+            views: VIEW_COUNTS[views],
+            background,
+            max_scale,
+            ..all_options(resolution)[i].clone()
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn a_model_by_any_options_is_sound_and_holds_every_leaf(plant in any_plant(), options in any_options()) {
+        let model = model_of(&plant, &options);
+        prop_assert!(model.validate().is_ok());
+        prop_assert!(model.max_scale <= options.max_scale);
+        let sorted = |mut pivots: Vec<[u32; 3]>| {
+            pivots.sort_unstable();
+            pivots
+        };
+        let of_model = model.leaves.iter().map(|leaf| leaf.pivot.map(f32::to_bits)).collect();
+        let of_plant = plant.leaves.iter().map(|leaf| leaf.pivot.map(f32::to_bits)).collect();
+        prop_assert_eq!(sorted(of_model), sorted(of_plant));
+    }
+
+    #[test]
+    fn no_drawn_scale_falls_while_leaves_go(plant in any_plant(), options in any_options()) {
+        let model = model_of(&plant, &options);
+        let timeline = Timeline::new(&model);
+        for leaf in 0..timeline.leaves() {
+            let scales: Vec<f32> = (0..=timeline.leaves()).rev().map(|n| timeline.scale(leaf, n)).collect();
+            prop_assert_eq!(scales[0], 1.0);
+            prop_assert!(scales.windows(2).all(|pair| pair[0] <= pair[1]), "leaf {}: {:?}", leaf, scales);
+        }
+    }
+
+    #[test]
+    fn drawn_leaves_stay_in_the_enlarged_bounds_at_every_count(
+        plant in any_plant(), options in any_options(), window in 1.0..50.0_f32
+    ) {
+        let model = model_of(&plant, &options);
+        let timeline = Timeline::new(&model);
+        let (aabb, sphere, leaves) = (model.enlarged_aabb(), model.enlarged_sphere(), timeline.leaves());
+        let slack = 1e-5 * sphere.radius;
+        for step in 0..=leaves * 3 {
+            let transition = Transition::new(f64::from(step) / 3.0, window, leaves);
+            for leaf in 0..transition.drawn() {
+                let record = &model.leaves[leaf as usize];
+                for vertex in &model.vertices[record.geometry().vertex_range()] {
+                    let point = scaled(vertex.position, record.pivot, timeline.scale_at(leaf, &transition));
+                    let point = Vec3::from(point).as_dvec3();
+                    let inside = point.clamp(Vec3::from(aabb.min).as_dvec3(), Vec3::from(aabb.max).as_dvec3());
+                    prop_assert!(inside.distance(point) <= slack, "leaf {} at {:?}", leaf, transition);
+                    prop_assert!(point.distance(sphere.center()) <= sphere.radius + slack);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,428 @@
+//! Files of every kind that is read, damaged from a seed: each gives a one-line error or something sound, within a second.
+//!
+//! `FOLIAGE_FUZZ_CASES` is the number of files of each kind. Case `k` is the same on every run; with `--nocapture` each
+//! test tells how many cases ended how, and how long they took.
+#![cfg(feature = "simplify")]
+
+mod common;
+#[path = "common/glb.rs"]
+mod glb;
+#[path = "common/mutate.rs"]
+mod mutate;
+
+use common::plants;
+use foliage_lod::{
+    Error, Result,
+    extract::Swap,
+    grow::Species,
+    import::{ImportOptions, Imported, load_gltf_bytes, load_obj_bytes},
+    material::Material,
+    model::{FoliageModel, Timeline, format},
+    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+};
+use glb::{Gltf, cards};
+use mutate::{Random, damage, damage_json, damage_text, write_notable};
+use serde_json::{Value, json};
+use std::{
+    collections::BTreeMap,
+    path::Path,
+    sync::mpsc::{RecvTimeoutError, channel},
+    time::{Duration, Instant},
+};
+
+/// Files of each kind unless the environment says otherwise.
+const CASES: u64 = 5000;
+/// The longest that a file of a few kilobytes may take.
+const LIMIT: Duration = Duration::from_secs(1);
+
+/// Lets `read` make and read one file for each case; with at least [`CASES`] of them each outcome of `expected` occurs.
+fn survive(kind: &str, expected: &[&str], read: impl Fn(&mut Random) -> Result<()> + Send + 'static) {
+    let cases = std::env::var("FOLIAGE_FUZZ_CASES").map_or(CASES, |cases| cases.parse().expect("a number of cases"));
+    let started = Instant::now();
+    let (sender, receiver) = channel();
+    let worker = std::thread::spawn(move || {
+        for case in 0..cases {
+            sender.send(outcome(read(&mut Random::new(case)))).unwrap();
+        }
+    });
+    let mut outcomes: BTreeMap<&str, u64> = BTreeMap::new();
+    let ended = loop {
+        match receiver.recv_timeout(LIMIT) {
+            Ok(outcome) => *outcomes.entry(outcome).or_default() += 1,
+            Err(ended) => break ended,
+        }
+    };
+    let done: u64 = outcomes.values().sum();
+    assert_eq!(ended, RecvTimeoutError::Disconnected, "case {done} of {kind} takes more than {LIMIT:?}");
+    assert!(worker.join().is_ok(), "case {done} of {kind} panics");
+    println!("{kind}: {done} cases in {:.1} s: {outcomes:?}", started.elapsed().as_secs_f64());
+    let missing = expected.iter().find(|outcome| !outcomes.contains_key(*outcome));
+    assert!(cases < CASES || missing.is_none(), "no case of {kind} ended as {missing:?}: {outcomes:?}");
+}
+
+/// What became of a file, in one word.
+fn outcome(read: Result<()>) -> &'static str {
+    let Err(error) = read else { return "accepted" };
+    let message = error.to_string();
+    assert!(!message.contains(char::is_control), "no plain line: {message:?}");
+    match error {
+        Error::Unreadable { .. } => "unreadable",
+        Error::Unsupported { .. } => "unsupported",
+        Error::InvalidModel { .. } => "unsound",
+        Error::NoLeaves { .. } => "leafless",
+        Error::InvalidOption { option: "--leaves", .. } => "unknown name",
+        Error::TooLarge { .. } => "too large",
+        Error::Io { .. } => "missing file",
+        other => panic!("a reader gives no such error: {other:?}"),
+    }
+}
+
+/// Reads a `.vds` file. A model that is accepted is sound, is written as the same bytes, and can be walked.
+fn read_model(bytes: &[u8]) -> Result<()> {
+    let model = FoliageModel::from_bytes(bytes)?;
+    model.validate().expect("what is read is sound");
+    assert!(model.to_bytes().unwrap() == bytes, "the model is written otherwise than it was read");
+    let (timeline, mut swap) = (Timeline::new(&model), Swap::new(&model));
+    for n in (0..=swap.leaves()).rev() {
+        swap.set_active(n);
+        let looked_up: Vec<u32> = (0..swap.leaves()).map(|leaf| timeline.scale(leaf, n).to_bits()).collect();
+        assert_eq!(swap.scales().iter().map(|scale| scale.to_bits()).collect::<Vec<_>>(), looked_up);
+    }
+    Ok(())
+}
+
+/// Small models with and without wood and texture, down to one leaf.
+fn models() -> Vec<Vec<u8>> {
+    let options = SimplifyOptions { resolution: 16, threads: 1, ..SimplifyOptions::paper() };
+    let plants = [plants::masked(12, 1), plants::with_wood(9, 2), plants::quads(1, 1.0, 3)];
+    let model = |plant| simplify(plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
+    plants.iter().map(|plant| model(plant).to_bytes().unwrap()).collect()
+}
+
+/// Where the checksum starts, and where the sections do.
+const CHECKED_FROM: usize = 16;
+const HEAD_BYTES: usize = 56;
+/// The number of leaves comes first in their section, then each leaf's 12 words.
+const COUNT_BYTES: usize = 8;
+const LEAF_BYTES: usize = 48;
+/// Words of a leaf.
+const LEAF_TO_SPLIT: usize = 8;
+const LEAF_TO_COLLAPSE: usize = 9;
+const SCALE: usize = 10;
+
+/// The sections of a `.vds` file: damage to them gets past lengths and checksum.
+struct Sections(Vec<Vec<u8>>);
+
+impl Sections {
+    fn of(file: &[u8]) -> Self {
+        let lengths =
+            file[CHECKED_FROM..HEAD_BYTES].chunks(8).map(|length| u64::from_le_bytes(length.try_into().unwrap()));
+        let ends = lengths.scan(HEAD_BYTES, |end, length| {
+            *end += length as usize;
+            Some((*end - length as usize, *end))
+        });
+        Self(ends.map(|(start, end)| file[start..end].to_vec()).collect())
+    }
+
+    fn file(&self) -> Vec<u8> {
+        let lengths = self.0.iter().flat_map(|section| (section.len() as u64).to_le_bytes());
+        let checked: Vec<u8> = lengths.chain(self.0.iter().flatten().copied()).collect();
+        let crc = crc32fast::hash(&checked).to_le_bytes();
+        [&format::MAGIC[..], &format::VERSION.to_le_bytes(), &crc, &checked].concat()
+    }
+
+    fn damage(&mut self, random: &mut Random) {
+        match random.below(8) {
+            0 => damage(&mut self.0[random.below(5)], random),
+            1 => self.0.swap(random.below(5), random.below(5)),
+            2 | 3 => {
+                let section = &mut self.0[random.below(5)];
+                let word = random.below(section.len() / 4);
+                write_notable(section, word * 4, 4, random);
+            }
+            _ => self.damage_leaf(random),
+        }
+    }
+
+    /// Changes one leaf's record, target, scale or place.
+    fn damage_leaf(&mut self, random: &mut Random) {
+        let leaves = &mut self.0[1];
+        let count = leaves.len().saturating_sub(COUNT_BYTES) / LEAF_BYTES;
+        let at = |leaf: usize| COUNT_BYTES + leaf * LEAF_BYTES;
+        let leaf = random.below(count);
+        let Some(record) = leaves.get(at(leaf)..at(leaf + 1)).map(<[u8]>::to_vec) else { return };
+        let mut write = |word: usize, bytes: [u8; 4]| leaves[at(leaf) + 4 * word..][..4].copy_from_slice(&bytes);
+        match random.below(5) {
+            0 => write_notable(leaves, at(leaf) + 4 * random.below(LEAF_BYTES / 4), 4, random),
+            1 => {
+                let target = random.pick(&[0, leaf / 2, leaf.wrapping_sub(1), leaf, leaf + 1, count]) as u32;
+                [LEAF_TO_SPLIT, LEAF_TO_COLLAPSE].iter().for_each(|&word| write(word, target.to_le_bytes()));
+            }
+            2 => write(SCALE, random.pick(&[f32::MIN_POSITIVE, 0.5, 1.0, 1.000_000_1]).to_le_bytes()),
+            3 => {
+                leaves.splice(at(leaf)..at(leaf + random.below(2)), record);
+                let now = (leaves.len() - COUNT_BYTES) / LEAF_BYTES;
+                leaves[..COUNT_BYTES].copy_from_slice(&(now as u64).to_le_bytes());
+            }
+            _ => {
+                let other = at(random.below(count));
+                leaves.copy_within(other..other + LEAF_BYTES, at(leaf));
+                leaves[other..other + LEAF_BYTES].copy_from_slice(&record);
+            }
+        }
+    }
+}
+
+#[test]
+fn damaged_models_are_refused_or_sound() {
+    let models = models();
+    survive(".vds", &["unreadable"], move |random| {
+        let mut bytes = random.pick(&models);
+        damage(&mut bytes, random);
+        read_model(&bytes)
+    });
+}
+
+#[test]
+fn damaged_sections_under_a_fitting_head_are_refused_or_sound() {
+    let models = models();
+    survive(".vds sections", &["accepted", "unreadable", "unsound"], move |random| {
+        let mut sections = Sections::of(&random.pick(&models));
+        (0..=random.below(3)).for_each(|_| sections.damage(random));
+        read_model(&sections.file())
+    });
+}
+
+#[test]
+fn every_prefix_of_a_models_file_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("prefix.vds");
+    let model = &models()[0];
+    std::fs::write(&path, model).unwrap();
+    let file = std::fs::File::options().write(true).open(&path).unwrap();
+    assert!(FoliageModel::read(&path).is_ok());
+    for length in (0..model.len()).rev() {
+        file.set_len(length as u64).unwrap();
+        assert!(matches!(FoliageModel::read(&path), Err(Error::Unreadable { .. })), "{length} bytes");
+    }
+}
+
+#[test]
+fn every_flipped_bit_of_a_model_is_refused_or_sound_with_and_without_a_fitting_checksum() {
+    let model = &models()[1];
+    assert_eq!(&Sections::of(model).file(), model);
+    let mut sound = 0;
+    for bit in 0..model.len() * 8 {
+        let mut flipped = model.clone();
+        flipped[bit / 8] ^= 1 << (bit % 8);
+        assert!(FoliageModel::from_bytes(&flipped).is_err(), "bit {bit}");
+        if bit >= CHECKED_FROM * 8 {
+            let crc = crc32fast::hash(&flipped[CHECKED_FROM..]);
+            flipped[12..CHECKED_FROM].copy_from_slice(&crc.to_le_bytes());
+            sound += usize::from(read_model(&flipped).is_ok());
+        }
+    }
+    assert!((1..model.len() * 8).contains(&sound), "{sound} flips give a sound model");
+}
+
+/// The five cards of [`cards`] as the other encoders write them.
+const DRACO: &str = "445241434f02020101000000140a000a000004dff77d1fff02554001ff0000010009030000020101010103ec09a92affffffffdf350389\
+    0835032502ffffffffffffffffffffffffffffb745040f35c2ce172100a1d2b123e8c60ebe8000000000ff070000000000000000000000000000\
+    000050410b";
+const MESHOPT_POSITIONS: &str = "a000000533f3f3f3ffff80807fff403fa0201ff300000060201f0133c000807e7d800000050cccccccffffffffffffffcc0000\
+    00ffff050ccccccc7e7d7e7d7e7d7ecc0000007d7e000000000000000000000000000000000000000000000000000000000000000000000000";
+const MESHOPT_INDICES: &str = "e1f000f000f000f000f000007687566778a9866589689801690000";
+
+fn bytes_of(hex: &str) -> Vec<u8> {
+    hex.as_bytes().chunks(2).map(|two| u8::from_str_radix(std::str::from_utf8(two).unwrap(), 16).unwrap()).collect()
+}
+
+/// Appends `bytes` to the buffer; returns their buffer view.
+fn push_bytes(file: &mut Gltf, bytes: &[u8]) -> usize {
+    let accessor = file.push(bytes, json!({ "componentType": 5121, "type": "SCALAR", "count": bytes.len() }));
+    file.json["accessors"][accessor]["bufferView"].as_u64().unwrap() as usize
+}
+
+/// Five cards with two instances, in a turned node, textured, and with a texture coordinate replaced.
+fn rich() -> Gltf {
+    let mut file = cards(5);
+    let floats = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    let vectors = json!({ "componentType": 5126, "type": "VEC3", "count": 2 });
+    let places = file.push(&floats(&[0.0, 0.0, 0.0, 0.0, 4.0, 0.0]), vectors);
+    let image = push_bytes(&mut file, &plants::masked(1, 1).textures[0].bytes);
+    let [replaced, values] = [vec![7], floats(&[0.5, 0.25])].map(|bytes| push_bytes(&mut file, &bytes));
+    file.json["accessors"][1]["sparse"] = json!({
+        "count": 1, "indices": { "bufferView": replaced, "componentType": 5121 }, "values": { "bufferView": values }
+    });
+    let instancing = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
+    file.json["nodes"] = json!([
+        { "children": [1], "rotation": [0.0, 0.6, 0.0, 0.8], "scale": [1.0, 2.0, 1.0] },
+        { "mesh": 0, "name": "crown", "translation": [1.0, 2.0, 3.0], "extensions": instancing }
+    ]);
+    file.json["images"] = json!([{ "bufferView": image, "mimeType": "image/png" }]);
+    file.json["samplers"] = json!([{ "wrapS": 33071, "wrapT": 33648 }]);
+    file.json["textures"] = json!([{ "source": 0, "sampler": 0 }]);
+    let transform = json!({ "KHR_texture_transform": { "offset": [0.1, 0.2], "rotation": 0.3, "scale": [2.0, 1.0] } });
+    let texture = json!({ "index": 0, "extensions": transform });
+    file.json["materials"][0]["pbrMetallicRoughness"] = json!({ "baseColorTexture": texture });
+    file.json["materials"][0]["alphaCutoff"] = json!(0.3);
+    file
+}
+
+fn draco() -> Gltf {
+    let mut file = cards(5);
+    let view = push_bytes(&mut file, &bytes_of(DRACO));
+    let extension = json!({ "bufferView": view, "attributes": { "POSITION": 0 } });
+    file.json["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_draco_mesh_compression": extension });
+    file
+}
+
+fn meshopt() -> Gltf {
+    let mut file = cards(5);
+    for (view, hex, count, stride, mode) in
+        [(0, MESHOPT_POSITIONS, 20, 12, "ATTRIBUTES"), (2, MESHOPT_INDICES, 30, 2, "TRIANGLES")]
+    {
+        let encoded = push_bytes(&mut file, &bytes_of(hex));
+        let mut extension = file.json["bufferViews"][encoded].clone();
+        (extension["count"], extension["byteStride"]) = (json!(count), json!(stride));
+        extension["mode"] = json!(mode);
+        file.json["bufferViews"][view]["extensions"] = json!({ "EXT_meshopt_compression": extension });
+    }
+    file
+}
+
+/// What an import gives is sound, and its warnings are plain lines.
+fn check(imported: Result<Imported>) -> Result<()> {
+    let Imported { plant, warnings, .. } = imported?;
+    plant.validate().expect("what is imported is sound");
+    assert!(!warnings.iter().any(|warning| warning.contains(char::is_control)), "{warnings:?}");
+    Ok(())
+}
+
+fn read_gltf(bytes: &[u8]) -> Result<()> {
+    check(load_gltf_bytes(bytes, Path::new("hostile.glb"), &ImportOptions::default()))
+}
+
+/// Keys and values that mean something in glTF.
+const GLTF_WORDS: &str = " MASK BLEND SCALAR VEC2 VEC3 VEC4 MAT4 matrix children skin mode min normalized COLOR_0 NORMAL TEXCOORD_1 \
+    ROTATION EXPONENTIAL OCTAHEDRAL INDICES image/webp uri data:;base64,AAAA no\nsuch.png \u{1b}[31m extensionsRequired";
+
+#[test]
+fn damaged_gltf_is_refused_or_sound() {
+    let files = [cards(5), rich(), draco(), meshopt()];
+    files.iter().for_each(|file| read_gltf(&file.glb()).expect("the undamaged file is sound"));
+    survive("glTF", &["accepted", "unreadable", "leafless"], move |random| {
+        let mut file = random.pick(&files);
+        let kind = random.below(4);
+        if kind < 2 {
+            damage_json(&mut file.json, GLTF_WORDS, random);
+        }
+        if kind == 2 {
+            damage(&mut file.buffer, random);
+        }
+        let mut bytes = file.glb();
+        if kind == 3 {
+            damage(&mut bytes, random);
+        }
+        read_gltf(&bytes)
+    });
+}
+
+/// Writes a name into a file's JSON.
+type Naming = fn(&mut Value, Value);
+
+#[test]
+fn names_in_a_file_leave_messages_and_warnings_plain_lines() {
+    let name = || json!("a\n\u{1b}[31m%0Ab");
+    let places: [(&str, Naming); 4] = [
+        ("unreadable", |file, name| file["buffers"][0]["uri"] = name),
+        ("unsupported", |file, name| file["extensionsRequired"] = json!([name])),
+        ("unknown name", |file, name| file["materials"][0]["name"] = name),
+        ("unknown name", |file, name| file["images"][0] = json!({ "uri": name, "name": name })),
+    ];
+    for (expected, place) in places {
+        let mut file = rich();
+        place(&mut file.json, name());
+        let options = ImportOptions { leaves: Some("none".into()), ..ImportOptions::default() };
+        assert_eq!(outcome(check(load_gltf_bytes(&file.glb(), Path::new("names.glb"), &options))), expected);
+        outcome(read_gltf(&file.glb()));
+    }
+    let species = SPECIES[0].replace("leaves =", "\"lea\\nves\" =");
+    assert_eq!(outcome(Species::from_toml(&species, Path::new("names.toml")).map(drop)), "unreadable");
+}
+
+#[test]
+fn an_alpha_cutoff_beyond_all_numbers_counts_as_one_half() {
+    let mut file = rich();
+    for (cutoff, expected) in [(json!(0.3), 0.3), (json!(1e39), 0.5)] {
+        file.json["materials"][0]["alphaCutoff"] = cutoff;
+        let imported = load_gltf_bytes(&file.glb(), Path::new("cutoff.glb"), &ImportOptions::default()).unwrap();
+        assert_eq!(imported.plant.materials[0].alpha_cutoff, expected);
+    }
+}
+
+const OBJ: &str = "mtllib tree.mtl\no tree\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 1\nvn 0 0 1\ng crown\nusemtl leaf\n\
+    f 1/1/1 2/2/1 3/2/1 4/1/1\nv 5 0 0\nv 6 0 0\nv 6 1 0\nv 5 1 0\nf -4//1 -3//1 -2//1 -1//1\nv 9 0 0\nv 9 1 0\nv 9 1 1\n\
+    v 9 0 1\nv 9 0 2\nf 9/1 10/2 11/2 12/1 13/1\nusemtl bark\nf 1 2 3\nl 1 2\np 1\n";
+const MTL: &str =
+    "newmtl leaf\nKd 0.1 0.8 0.2\nd 0.5\nmap_Kd ring.png\nmap_d ring.png\nnewmtl bark\nNs 10.0\nillum 2\n";
+const OBJ_WORDS: &str = "f v vt vn l p g o usemtl mtllib tree.mtl newmtl map_Kd ring.png Kd d 0/0/0 -1/-1/-1 1// // 4294967296/1 \
+    -9223372036854775808 # \\";
+
+#[test]
+fn damaged_obj_and_its_materials_are_refused_or_sound() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("ring.png"), &plants::masked(1, 1).textures[0].bytes).unwrap();
+    std::fs::write(folder.path().join("tree.mtl"), MTL).unwrap();
+    survive("OBJ", &["accepted", "unreadable", "leafless"], move |random| {
+        let obj = if random.below(3) == 0 {
+            let library = damage_text(MTL, OBJ_WORDS, random);
+            std::fs::write(folder.path().join("damaged.mtl"), library).unwrap();
+            OBJ.replace("tree.mtl", "damaged.mtl").into_bytes()
+        } else {
+            damage_text(OBJ, OBJ_WORDS, random)
+        };
+        let options =
+            ImportOptions { leaves: random.pick(&[None, Some("leaf".to_owned())]), ..ImportOptions::default() };
+        check(load_obj_bytes(&obj, &folder.path().join("tree.obj"), &options))
+    });
+}
+
+/// The library's one material, and the warnings.
+fn read_material(library: &str) -> (Material, Vec<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tree.mtl"), library).unwrap();
+    let options = ImportOptions { leaves: Some("crown".into()), ..ImportOptions::default() };
+    let Imported { plant, warnings, .. } =
+        load_obj_bytes(OBJ.as_bytes(), &folder.path().join("tree.obj"), &options).unwrap();
+    (plant.materials[0].clone(), warnings)
+}
+
+#[test]
+fn an_obj_colour_of_one_number_is_a_grey_and_one_of_none_or_two_is_left_out() {
+    for (color, expected) in [("Kd 0.25", 0.25), ("Kd", 1.0), ("Kd 0.25 0.5", 1.0), ("Ka 1\nKs\nKe 1 1", 1.0)] {
+        let (material, warnings) = read_material(&format!("newmtl leaf\n{color}\n"));
+        assert_eq!(material.base_color, [expected, expected, expected, 1.0], "{color:?}");
+        assert!(warnings.is_empty(), "{warnings:?}");
+    }
+    let (_, warnings) = read_material("newmtl leaf\nKd red\n");
+    assert!(warnings[0].starts_with("material library \"tree.mtl\" is left out"), "{warnings:?}");
+}
+
+const SPECIES: [&str; 3] = [
+    include_str!("../data/species/english-oak.toml"),
+    include_str!("../data/species/carya-illinoinensis.toml"),
+    include_str!("../data/species/betula-populifolia.toml"),
+];
+const SPECIES_WORDS: &str = "= [leaf] [[levels]] # \" ''' \"🌳\nä\" ä true [0,300,-1] { 0x7fffffffffffffff 180.0 \"flame\" \
+    1979-05-27T07:32:00Z levels";
+
+#[test]
+fn damaged_species_are_refused_or_sound() {
+    survive("species", &["accepted", "unreadable"], |random| {
+        let text = damage_text(random.pick(&SPECIES), SPECIES_WORDS, random);
+        let species = Species::from_toml(&String::from_utf8_lossy(&text), Path::new("hostile.toml"))?;
+        species.validate().expect("what is read is sound");
+        Ok(())
+    });
+}
