@@ -277,7 +277,7 @@ fn an_interrupted_run_leaves_what_was_there() {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(String::from_utf8_lossy(&output.stderr), "error: interrupted; nothing was written\n");
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "error: interrupted; every file is whole or as it was\n");
     assert_eq!(names(&folder), ["a.vds", "tree.glb"]);
     assert_eq!(fs::read_to_string(folder.path().join("a.vds")).unwrap(), "what was there");
 }

@@ -49,6 +49,7 @@ impl Opened {
     /// # Errors
     /// Those of reading, growing and simplifying.
     pub fn open(path: &Path, steps: &mut Steps) -> std::result::Result<Self, crate::failure::Failure> {
+        foliage_lod::file::open(path)?;
         let file = SceneFile::read(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
         let mut models = Vec::new();
