@@ -70,6 +70,10 @@ pub mod render;
 #[cfg(feature = "report")]
 pub mod report;
 
+// Only documentation, of nearly all that is above.
+#[cfg(feature = "report")]
+pub mod numerics;
+
 pub use error::{Error, Result};
 pub use plant::Plant;
 

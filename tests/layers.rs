@@ -16,7 +16,7 @@ const LAYERS: [&[&str]; 10] = [
     &["effects"],
     &["scene"],
     &["render"],
-    &["report"],
+    &["report", "numerics"],
     &["bin"],
 ];
 

@@ -151,7 +151,7 @@ fn load(source: &ModelSource, folder: &Path) -> Result<FoliageModel> {
     let name = source.species.as_deref().unwrap_or_default();
     let is_file = Path::new(name).extension().is_some();
     let species = if is_file { Species::named(folder.join(name))? } else { Species::named(name)? };
-    let options = GrowOptions { leaves: source.leaves, seed: source.seed, ..GrowOptions::default() };
+    let options = GrowOptions { leaves: source.leaves, seed: source.seed };
     let plant = spinning("growing", || grow(&species, &options))?;
     let options = SimplifyOptions::fast();
     let simplified = simplify(&plant, &options, &mut CpuFragments::new(), &mut Bars::new())?;
