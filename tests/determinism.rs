@@ -1,4 +1,5 @@
 //! The same plant and options give the same bytes.
+#![cfg(feature = "simplify")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! The order equals that of the naive method, which draws and counts everything again for every candidate of every step.
+#![cfg(feature = "simplify")]
 
 mod common;
 

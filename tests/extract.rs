@@ -1,4 +1,5 @@
 //! Claims about walking between active counts, against oracles that replay the pruning from scratch.
+#![cfg(feature = "simplify")]
 
 use foliage_lod::{
     Plant,

@@ -2,6 +2,7 @@
 //!
 //! The files are in the folder that the environment variable `FOLIAGE_TREES` names; unset, these tests pass with a note.
 //! Set, a missing file is a failure.
+#![cfg(feature = "simplify")]
 
 use foliage_lod::{Error, Plant, import};
 use import::{Group, ImportOptions, Imported, Verdict};

@@ -1,4 +1,5 @@
 //! What glTF files may say, read from files made here.
+#![cfg(feature = "simplify")]
 
 #[path = "common/glb.rs"]
 mod glb;

@@ -1,4 +1,5 @@
 //! Damaged and hostile files give a one-line error or a valid plant: never a panic, a hang or much memory.
+#![cfg(feature = "simplify")]
 
 #[path = "common/glb.rs"]
 mod glb;
