@@ -47,6 +47,27 @@ pub struct SceneFile {
     /// What is simulated and shaded beyond that.
     #[serde(default)]
     pub effects: Effects,
+    /// The ground, if it is drawn.
+    pub ground: Option<GroundEntry>,
+}
+
+/// A level ground.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GroundEntry {
+    /// Linear colour, each channel from 0 to 1.
+    pub color: [f32; 3],
+    /// Its height.
+    pub height: f64,
+    /// Distance at which a third of its own light arrives; by default far for the plants' size.
+    pub haze: Option<f64>,
+}
+
+impl Default for GroundEntry {
+    /// Grass.
+    fn default() -> Self {
+        Self { color: [0.10, 0.15, 0.05], height: 0.0, haze: None }
+    }
 }
 
 /// Where a model comes from: a file, or a species that is grown and simplified when the scene is opened.
@@ -378,6 +399,10 @@ impl SceneFile {
         in_range("sun.azimuth", self.sun.azimuth, -360.0, 360.0)?;
         in_range("sun.elevation", self.sun.elevation, -5.0, 90.0)?;
         self.check_lod()?;
+        let ground = self.ground.unwrap_or_default();
+        ground.color.iter().try_for_each(|&channel| in_range("ground.color", f64::from(channel), 0.0, 1.0))?;
+        in_range("ground.height", ground.height, -1e9, 1e9)?;
+        in_range("ground.haze", ground.haze.unwrap_or(1.0), 1e-6, 1e12)?;
         self.effects.check().map_err(|error| match error {
             Error::InvalidOption { option, value, allowed } => Wrong { key: option.into(), value, allowed },
             other => Wrong { key: "effects".into(), value: other.to_string(), allowed: "in range".into() },

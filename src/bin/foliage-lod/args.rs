@@ -27,7 +27,7 @@ pub struct Args {
 pub enum Command {
     /// Turn a tree file into a continuous model.
     Simplify(Simplify),
-    /// Tell what is in a model, or what would be a leaf in a tree file, and why.
+    /// Tell what is in a model or scene, or what would be a leaf in a tree file, and why.
     Inspect(Inspect),
     /// Grow a tree and write it as GLB.
     Grow(Grow),
@@ -35,7 +35,7 @@ pub enum Command {
     Render(Render),
     /// Measure frame and extraction times as tables, plots and pictures.
     Report(Report),
-    /// Look at a model in a window.
+    /// Look at a model or a scene in a window.
     #[cfg(feature = "viewer")]
     View(View),
 }
@@ -44,7 +44,7 @@ pub enum Command {
 #[cfg(feature = "viewer")]
 #[derive(Parser)]
 pub struct View {
-    /// The model: .vds.
+    /// The model (.vds), or a scene (.toml).
     pub model: PathBuf,
 }
 
@@ -138,7 +138,7 @@ pub struct Simplify {
 /// `foliage-lod inspect`.
 #[derive(Parser)]
 pub struct Inspect {
-    /// A model (.vds) or a tree (.glb, .gltf, .obj).
+    /// A model (.vds), a tree (.glb, .gltf, .obj) or a scene (.toml).
     pub file: PathBuf,
     #[command(flatten)]
     pub import: Import,

@@ -23,6 +23,8 @@ mod staging;
 mod study;
 #[cfg(feature = "viewer")]
 mod view;
+#[cfg(feature = "viewer")]
+mod view_scene;
 
 use args::Command;
 use failure::Failure;

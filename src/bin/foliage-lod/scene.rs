@@ -11,9 +11,9 @@ use foliage_lod::{
     bounds::Sphere,
     grow::{GrowOptions, Species, grow},
     model::FoliageModel,
-    render::{camera::Camera, light::Lighting, look::Look},
+    render::{camera::Camera, landscape_pass::Ground, light::Lighting, look::Look},
     scene::{
-        Active, Grove, Kind, Placement, SceneFile,
+        Active, Grove, Kind, Placement, SceneFile, Viewer,
         file::{ModelSource, Planted, View},
     },
     simplify::{SimplifyOptions, raster::CpuFragments, simplify},
@@ -24,6 +24,9 @@ use std::path::Path;
 /// Distance of the near plane over the smallest plant's radius.
 const NEAR_RADII: f64 = 1e-2;
 
+/// Distance of the haze, over the smallest plant's radius and over that of everything that stands in the scene.
+const HAZE_RADII: [f64; 2] = [40.0, 2.0];
+
 /// A scene with its models.
 pub struct Opened {
     /// What the file says.
@@ -32,7 +35,7 @@ pub struct Opened {
     pub models: Vec<FoliageModel>,
     planted: Vec<Planted>,
     grove: Grove,
-    /// A sphere around everything, and the smallest plant's radius.
+    /// A sphere around everything, and the distance of the near plane.
     around: Sphere,
     near: f64,
     active: Vec<Active>,
@@ -51,6 +54,12 @@ impl Opened {
     pub fn open(path: &Path, steps: &mut Steps) -> std::result::Result<Self, crate::failure::Failure> {
         let file = SceneFile::read(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
+        // What cannot be is told before anything is grown.
+        file.scatter.iter().try_for_each(|scatter| scatter.spots().map(drop))?;
+        for model in file.models.iter().filter_map(|source| source.file.as_ref()) {
+            let model = folder.join(model);
+            std::fs::metadata(&model).map_err(|error| Error::io(&model, error))?;
+        }
         let mut models = Vec::new();
         for source in &file.models {
             let model = load(source, folder)?;
@@ -99,11 +108,21 @@ impl Opened {
         self.planted.len()
     }
 
+    /// Plants of one of its models.
+    pub fn plants_of(&self, model: usize) -> usize {
+        self.planted.iter().filter(|plant| plant.model == model).count()
+    }
+
     /// What plants look like.
     pub fn look(&self) -> Look {
         let towards_sun = self.file.sun.direction().as_vec3();
         let lighting = Lighting { towards_sun, ..Lighting::default() };
-        Look { effects: self.file.effects, lighting, ..Look::default() }
+        let ground = self.file.ground.map(|ground| Ground {
+            color: ground.color,
+            height: ground.height,
+            haze: ground.haze.unwrap_or(HAZE_RADII[0] * self.near / NEAR_RADII + HAZE_RADII[1] * self.around.radius),
+        });
+        Look { effects: self.file.effects, lighting, ground, ..Look::default() }
     }
 
     /// The camera at a time, for a picture of this shape.
@@ -117,9 +136,9 @@ impl Opened {
         }
     }
 
-    /// The plants that a camera sees in a picture of `height_px` rows, with all leaves or at their level of detail.
-    pub fn shown(&mut self, camera: &Camera, height_px: u32, full: bool) -> Vec<Shown> {
-        self.grove.select(&camera.viewer(height_px as f32), &mut self.active);
+    /// The plants that a viewer sees, with all leaves or at their level of detail.
+    pub fn shown(&mut self, viewer: &Viewer, full: bool) -> Vec<Shown> {
+        self.grove.select(viewer, &mut self.active);
         let shown = |active: &Active| {
             let Planted { model, world_from_plant } = self.planted[active.instance as usize];
             let leaves = self.models[model].leaves.len() as f32;
@@ -131,8 +150,12 @@ impl Opened {
     /// One frame.
     pub fn staging(&mut self, seconds: f64, size: [u32; 2], full: bool) -> Staging<'_> {
         let camera = self.camera(seconds, f64::from(size[0]) / f64::from(size[1]));
-        let plants = self.shown(&camera, size[1], full);
-        Staging { look: self.look(), models: &self.models, plants, camera, seconds }
+        let plants = self.shown(&camera.viewer(size[1] as f32), full);
+        let casters = match self.file.effects.shadow {
+            Some(_) => self.shown(&camera.viewer(size[1] as f32).all_around(), full),
+            None => Vec::new(),
+        };
+        Staging { look: self.look(), models: &self.models, plants, casters, camera, seconds }
     }
 }
 
@@ -150,7 +173,7 @@ fn load(source: &ModelSource, folder: &Path) -> Result<FoliageModel> {
     let name = source.species.as_deref().unwrap_or_default();
     let is_file = Path::new(name).extension().is_some();
     let species = if is_file { Species::named(folder.join(name))? } else { Species::named(name)? };
-    let options = GrowOptions { leaves: source.leaves, seed: source.seed, ..GrowOptions::default() };
+    let options = GrowOptions { leaves: source.leaves, seed: source.seed };
     let plant = spinning("growing", || grow(&species, &options))?;
     let options = SimplifyOptions::fast();
     let simplified = simplify(&plant, &options, &mut CpuFragments::new(), &mut Bars::new())?;
