@@ -249,9 +249,10 @@ fn far_plants_stand_still_and_nobody_sees_it() {
     };
     let ((some, skipping), (every, whole)) = (draw(SIZE[1]), draw(1_000_000));
     assert!(skipping.skipped > 10 && whole.skipped == 0, "{skipping:?} {whole:?}");
-    let (mean, _) = difference(&some, &every);
+    let (mean, percentile) = difference(&some, &every);
     println!("skipping {} of 60 plants changes the picture by {mean:.4} of 255", skipping.skipped);
-    assert!(mean < 1.0, "{mean}");
+    // Where it changes at all, by an edge that moves within its pixel.
+    assert!(mean < 0.1 && percentile <= 2, "{mean} {percentile}");
 }
 
 /// Mean brightness of the pixels in a part of the picture, rows from top to bottom.

@@ -45,6 +45,11 @@ impl ShadowMap {
         &self.view
     }
 
+    fn bytes(&self) -> u64 {
+        let texture = self.view.texture();
+        u64::from(texture.width()) * u64::from(texture.height()) * size_of::<f32>() as u64
+    }
+
     fn entries(&self) -> [wgpu::BindGroupEntry<'_>; 2] {
         [
             wgpu::BindGroupEntry { binding: SHADOW_MAP, resource: wgpu::BindingResource::TextureView(&self.view) },
@@ -102,6 +107,14 @@ impl EffectBuffers {
         let tones = self.tones.iter().map(|_| "tones");
         let wind = self.wind.iter().flat_map(|_| ["sways", "wind"]);
         tones.chain(wind).chain(self.shadow.iter().flat_map(|_| ["lights", "shadow map"])).collect()
+    }
+
+    /// Of all of them.
+    pub(super) fn bytes(&self) -> u64 {
+        let buffers = self.tones.iter().chain(self.wind.iter().flatten());
+        let buffers = buffers.chain(self.shadow.iter().map(|shadow| &shadow.lights));
+        let map = self.shadow.as_ref().map_or(0, |shadow| shadow.map.bytes());
+        buffers.map(wgpu::Buffer::size).sum::<u64>() + map
     }
 
     pub(super) fn bindings(&self) -> &wgpu::BindGroup {

@@ -187,6 +187,11 @@ impl FoliageRenderer {
         self.picture.effects.as_ref().map_or_else(Vec::new, EffectBuffers::labels)
     }
 
+    /// Bytes of the buffers and textures that exist for effects.
+    pub fn effect_bytes(&self) -> u64 {
+        self.picture.effects.as_ref().map_or(0, EffectBuffers::bytes)
+    }
+
     /// Uploads a model.
     ///
     /// # Errors

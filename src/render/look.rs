@@ -31,14 +31,14 @@ pub struct Look {
 }
 
 impl Default for Look {
-    /// Plain plants; stems are drawn down to a quarter of a pixel.
+    /// Plain plants; stems are drawn down to half a pixel.
     fn default() -> Self {
         Self {
             coloring: Coloring::default(),
             effects: Effects::default(),
             lighting: Lighting::default(),
             ground: None,
-            thinnest_px: 0.25,
+            thinnest_px: 0.5,
         }
     }
 }

@@ -51,7 +51,8 @@ pub struct View {
 /// `foliage-lod report`.
 #[derive(Parser)]
 pub struct Report {
-    /// Plants to compare methods on: tree files, or names of embedded species.
+    /// Plants to compare methods on: tree files, or names of embedded species; and scenes (.toml) to tell what their
+    /// level of detail saves and their effects cost.
     #[arg(value_name = "PLANT", required_unless_present = "paper", conflicts_with = "paper")]
     pub plants: Vec<String>,
     /// The published experiments, repeated instead: three species against distance, forests, pictures.

@@ -18,6 +18,7 @@ mod raster;
 mod render;
 mod report;
 mod scene;
+mod scene_study;
 mod simplify;
 mod staging;
 mod study;
