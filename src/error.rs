@@ -1,6 +1,9 @@
 //! The one error type of the crate: every variant carries the value that was seen and says the fix.
 
-use std::path::{Path, PathBuf};
+use std::{
+    io::ErrorKind,
+    path::{Path, PathBuf},
+};
 
 /// Everything that can go wrong, each with the value seen and what to do about it.
 ///
@@ -9,7 +12,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be opened, read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {}", path.display(), told(source))]
     Io {
         /// The file.
         path: PathBuf,
@@ -93,7 +96,7 @@ pub enum Error {
         fix: String,
     },
     /// The caller asked to stop.
-    #[error("interrupted; nothing was written")]
+    #[error("interrupted; every file is whole or as it was")]
     Interrupted,
 }
 
@@ -107,6 +110,21 @@ impl Error {
     pub fn unreadable(path: impl AsRef<Path>, reason: impl Into<String>, fix: impl Into<String>) -> Self {
         Self::Unreadable { path: path.as_ref().to_path_buf(), reason: reason.into(), fix: fix.into() }
     }
+}
+
+/// What the system said with the fix; an error that was made in this crate names its own.
+fn told(source: &std::io::Error) -> String {
+    let fix = match source.kind() {
+        _ if source.get_ref().is_some() => return source.to_string(),
+        ErrorKind::NotFound => "check the name",
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "change its permissions or name another place",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "make room or name another place"
+        }
+        ErrorKind::IsADirectory => "name a file in it",
+        _ => "see that the file and its disk are sound",
+    };
+    format!("{source}; {fix}")
 }
 
 /// Result with this crate's [`Error`].

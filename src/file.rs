@@ -1,9 +1,9 @@
-//! Output files: refused before the work starts, replaced whole or not at all.
+//! Output files: refused before the work starts, replaced whole or not at all. Input files: regular ones.
 
 use crate::{Error, Result};
 use std::{
-    fs,
-    io::{ErrorKind, Write},
+    fs::{self, File},
+    io::{self, ErrorKind, Write},
     path::{Path, PathBuf},
 };
 use tempfile::NamedTempFile;
@@ -18,7 +18,7 @@ pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
     let path = path.as_ref();
     let failed = |source| Error::io(path, source);
     let (mut file, target) = temporary_beside(path)?;
-    file.write_all(bytes).map_err(failed)?;
+    file.as_file_mut().write_all(bytes).map_err(failed)?;
     file.as_file().sync_all().map_err(failed)?;
     file.persist(target).map_err(|error| failed(error.error))?;
     Ok(())
@@ -33,10 +33,25 @@ pub fn check_writable(path: impl AsRef<Path>) -> Result<()> {
     temporary_beside(path.as_ref()).map(drop)
 }
 
+/// Opens a regular file. Anything else is refused before it is opened: a pipe that nobody writes to would never answer.
+///
+/// # Errors
+/// [`Error::Io`] when the file does not exist, is no regular file or may not be read.
+pub fn open(path: impl AsRef<Path>) -> Result<File> {
+    let path = path.as_ref();
+    let failed = |source| Error::io(path, source);
+    let kind = fs::metadata(path).map_err(failed)?.file_type();
+    match kind.is_file() {
+        true => File::open(path).map_err(failed),
+        false if kind.is_dir() => Err(failed(ErrorKind::IsADirectory.into())),
+        false => Err(failed(io::Error::new(ErrorKind::InvalidInput, "is not a regular file; name one that is"))),
+    }
+}
+
 /// A temporary file in the folder of `path`, deleted when dropped, and the path with a symbolic link at its end resolved.
 fn temporary_beside(path: &Path) -> Result<(NamedTempFile, PathBuf)> {
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    let refused = |kind, why: &str| Err(Error::io(path, std::io::Error::new(kind, why)));
+    let refused = |kind, why: &str| Err(Error::io(path, io::Error::new(kind, why)));
     if target.is_dir() || target.file_name().is_none() {
         return refused(ErrorKind::IsADirectory, "is a folder; name a file in it");
     }
@@ -51,7 +66,10 @@ fn temporary_beside(path: &Path) -> Result<(NamedTempFile, PathBuf)> {
     builder.prefix(".foliage-lod-").suffix(".part");
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(folder).map_err(|source| Error::io(folder, source))?;
+    let file = builder.tempfile_in(folder).map_err(|error| {
+        let why = format!("no file can be made in it ({}); name another folder", error.kind());
+        Error::io(folder, io::Error::new(error.kind(), why))
+    })?;
     Ok((file, target))
 }
 

@@ -202,7 +202,7 @@ fn a_picture_that_cannot_be_laid_out_is_one_line_and_exit_code_2() {
 }
 
 #[test]
-fn a_gpu_draws_a_forest_in_as_many_draws_as_one_tree() {
+fn a_gpu_draws_a_forest_in_a_few_draws() {
     let folder = folder_with_model();
     let arguments = ["render", "a.vds", "-o", "a.png", "--size", "48x32", "--raster", "gpu", "--json"];
     let rendered = |more: &[&str]| run(&folder, &[&arguments[..], more].concat());
@@ -213,7 +213,9 @@ fn a_gpu_draws_a_forest_in_as_many_draws_as_one_tree() {
     }
     let (single, forest) = (json(&single), json(&rendered(&["--grid", "4"])));
     assert_eq!((&single["instances"], &forest["instances"]), (&1.into(), &16.into()));
-    assert_eq!(single["draws"], forest["draws"]);
+    // The leaves of all trees in one; their wood in one for each thickness down to which it is seen.
+    let draws = |told: &Value| told["draws"].as_u64().unwrap();
+    assert!(draws(&forest) <= draws(&single) + 8, "{single} {forest}");
     assert!(forest["adapter"].is_string());
 }
 
@@ -277,7 +279,7 @@ fn an_interrupted_run_leaves_what_was_there() {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(String::from_utf8_lossy(&output.stderr), "error: interrupted; nothing was written\n");
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "error: interrupted; every file is whole or as it was\n");
     assert_eq!(names(&folder), ["a.vds", "tree.glb"]);
     assert_eq!(fs::read_to_string(folder.path().join("a.vds")).unwrap(), "what was there");
 }

@@ -1,7 +1,7 @@
 //! What is known of a species: the numbers of its growth, from an embedded or given `.toml` file.
 
 use super::ranges::check_ranges;
-use crate::{Error, Result};
+use crate::{Error, Result, file};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -234,7 +234,7 @@ impl Species {
         if path.extension().is_none_or(|extension| extension != "toml") {
             return Self::embedded(&path.to_string_lossy());
         }
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        let text = std::io::read_to_string(file::open(path)?).map_err(|error| Error::io(path, error))?;
         Self::from_toml(&text, path)
     }
 

@@ -28,7 +28,7 @@ pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, Fault> {
     let io = |source| Fault::Io { path: path.to_path_buf(), source };
     let metadata = fs::metadata(path).map_err(io)?;
     if !metadata.is_file() {
-        return Err(io(io::Error::new(io::ErrorKind::InvalidInput, "not a file")));
+        return Err(io(io::Error::new(io::ErrorKind::InvalidInput, "is not a regular file; name one that is")));
     }
     limit("the file's length in bytes", metadata.len(), MAX_FILE_BYTES)?;
     fs::read(path).map_err(io)

@@ -20,7 +20,7 @@
 use super::FoliageModel;
 use crate::{Error, Result, file};
 use serde::{Serialize, de::DeserializeOwned};
-use std::{fs::File, io::Read, ops::Range, path::Path};
+use std::{io::Read, ops::Range, path::Path};
 
 /// First bytes of the file.
 pub const MAGIC: [u8; 8] = *b"VDSFOLI\0";
@@ -44,7 +44,7 @@ impl FoliageModel {
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let failed = |source| Error::io(path, source);
-        let mut file = File::open(path).map_err(failed)?;
+        let mut file = file::open(path)?;
         let length = file.metadata().map_err(failed)?.len();
         let mut bytes = Vec::with_capacity(HEAD_BYTES);
         Read::by_ref(&mut file).take(HEAD_BYTES as u64).read_to_end(&mut bytes).map_err(failed)?;

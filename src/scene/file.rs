@@ -293,7 +293,7 @@ impl SceneFile {
     /// [`Error::Io`] for a file that cannot be read, else those of [`SceneFile::from_toml`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        let text = std::io::read_to_string(crate::file::open(path)?).map_err(|error| Error::io(path, error))?;
         Self::from_toml(&text, path)
     }
 

@@ -1,5 +1,6 @@
 //! How the command ends when it does not succeed: one line and an exit code.
 
+use crate::output;
 use foliage_lod::Error;
 use std::process::ExitCode;
 
@@ -33,11 +34,11 @@ impl Failure {
                 ExitCode::SUCCESS
             }
             Self::Usage(error) => {
-                eprintln!("{}; see `foliage-lod --help`", one_line(&error));
+                output::complaint(format_args!("{}; see `foliage-lod --help`", one_line(&error)));
                 ExitCode::from(USAGE)
             }
             Self::Library(error) => {
-                eprintln!("error: {error}");
+                output::complaint(format_args!("error: {error}"));
                 ExitCode::from(match error {
                     Error::InvalidOption { .. } => USAGE,
                     Error::Interrupted => INTERRUPTED,

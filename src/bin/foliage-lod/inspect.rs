@@ -10,12 +10,13 @@ use crate::{
 use foliage_lod::{
     bounds::{Aabb, Sphere},
     effects::Counts,
+    file,
     import::{self, Imported},
     material::Material,
     model::{FoliageModel, format},
 };
 use serde_json::{Value, json};
-use std::{fs::File, io::Read, path::Path};
+use std::{io::Read, path::Path};
 
 /// Shares of the leaves at which the error curve is told, in percent.
 const CURVE_PERCENTS: [u32; 9] = [100, 90, 80, 70, 50, 30, 15, 5, 1];
@@ -69,7 +70,8 @@ fn inspect_scene(args: &args::Inspect) -> Result<(), Failure> {
 /// Told by the first bytes, or by the name where there are too few.
 fn is_model(path: &Path) -> bool {
     let mut magic = [0; 8];
-    let has_magic = File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == format::MAGIC;
+    let has_magic =
+        file::open(path).is_ok_and(|mut file| file.read_exact(&mut magic).is_ok()) && magic == format::MAGIC;
     has_magic || path.extension().is_some_and(|extension| extension == "vds")
 }
 

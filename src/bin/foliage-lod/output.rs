@@ -1,14 +1,27 @@
 //! What goes to stdout: a line for each step, or one JSON object at the end.
 
 use crate::failure::Failure;
-use std::{fmt::Display, io::Write, time::Instant};
+use foliage_lod::Error;
+use std::{
+    fmt::Display,
+    io::{ErrorKind, Write},
+    time::Instant,
+};
 
 /// Prints one line to stdout.
 ///
 /// # Errors
-/// [`Failure::ReaderGone`] when stdout is closed.
+/// [`Failure::ReaderGone`] when nobody reads stdout any more, [`Failure::Library`] when it cannot be written to.
 pub fn line(text: impl Display) -> Result<(), Failure> {
-    writeln!(std::io::stdout(), "{text}").map_err(|_| Failure::ReaderGone)
+    writeln!(std::io::stdout(), "{text}").map_err(|error| match error.kind() {
+        ErrorKind::BrokenPipe => Failure::ReaderGone,
+        _ => Error::io("stdout", error).into(),
+    })
+}
+
+/// Prints one line to stderr. Where that fails there is nowhere left to say so.
+pub fn complaint(text: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Tells the steps of a command as they end; silent where the command prints JSON.
@@ -28,11 +41,15 @@ impl Steps {
     /// A step ends: says what it gave and how long it took. Returns its seconds.
     ///
     /// # Errors
-    /// [`Failure::ReaderGone`] when stdout is closed, and [`Failure::Library`] when the user asked to stop.
+    /// [`Failure::Library`] when stdout cannot be written to, and when the user asked to stop. Whoever only stopped reading
+    /// still wants the files.
     pub fn done(&mut self, step: &str, result: impl Display) -> Result<f64, Failure> {
         let seconds = self.step_started.elapsed().as_secs_f64();
         if !self.is_silent {
-            line(format_args!("{step:<9} {result}  [{seconds:.2} s]"))?;
+            match line(format_args!("{step:<9} {result}  [{seconds:.2} s]")) {
+                Err(Failure::ReaderGone) => self.is_silent = true,
+                told => told?,
+            }
         }
         crate::interrupt::check()?;
         self.step_started = Instant::now();

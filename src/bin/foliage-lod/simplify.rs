@@ -34,7 +34,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     check_outputs(args)?;
     let mut steps = Steps::new(args.json);
     let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &args.import.options()))?;
-    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warnings.iter().for_each(|warning| output::complaint(format_args!("warning: {warning}")));
     let import_seconds =
         steps.done("read", format!("{}: {} leaves", plant.name, grouped(plant.leaves.len() as u64)))?;
     let (mut source, rasteriser) = raster::source(args.raster)?;

@@ -1,0 +1,299 @@
+//! What the command does when its surroundings fail: one line on stderr, and every file is whole or as it was.
+#![cfg(all(unix, feature = "cli"))]
+
+mod common;
+
+use common::plants::Random;
+use std::{
+    fs::{self, File},
+    os::unix::{
+        fs::{FileTypeExt, PermissionsExt, symlink},
+        process::ExitStatusExt,
+    },
+    path::Path,
+    process::{Child, Command, Output, Stdio},
+    time::{Duration, Instant},
+};
+use tempfile::TempDir;
+
+const COMMAND: &str = env!("CARGO_BIN_EXE_foliage-lod");
+/// The longest that a refusal may take.
+const LIMIT: Duration = Duration::from_secs(20);
+/// A small model on the CPU.
+const SIMPLIFY: [&str; 6] = ["simplify", "tree.glb", "--raster", "cpu", "--resolution", "32"];
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(COMMAND);
+    command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    // Without it some drivers write to stderr.
+    command.env("XDG_RUNTIME_DIR", folder);
+    command
+}
+
+/// What `child` gave; a panic where it does not end.
+fn ended(mut child: Child, what: &[&str]) -> Output {
+    let started = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if started.elapsed() > LIMIT {
+            child.kill().unwrap();
+            panic!("{what:?} does not end");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+fn run(folder: &TempDir, arguments: &[&str]) -> Output {
+    ended(command(folder.path(), arguments).spawn().unwrap(), arguments)
+}
+
+/// As [`run`], in a shell that first does `before`.
+fn run_after(folder: &TempDir, before: &str, arguments: &[&str]) -> Output {
+    let script = format!("{before}; exec \"$0\" \"$@\"");
+    let mut shell = Command::new("sh");
+    shell.current_dir(folder.path()).args(["-c", &script, COMMAND]).args(arguments);
+    ended(shell.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap(), arguments)
+}
+
+/// The one line on stderr of a run that ended with `code`: what is wrong, and after a semicolon or a colon what helps.
+fn error_line(output: &Output, code: i32) -> String {
+    let text = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    assert!(text.starts_with("error: ") && text.ends_with('\n') && text.lines().count() == 1, "{text:?}");
+    assert!(text.contains("; "), "no fix in {text:?}");
+    text
+}
+
+fn succeeds(output: &Output) {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn names(folder: &TempDir) -> Vec<String> {
+    let entries = fs::read_dir(folder.path()).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// A folder with `tree.glb`, a birch, and `old.vds`, its model.
+fn folder() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    succeeds(&run(&folder, &["grow", "betula-populifolia", "-o", "tree.glb", "--leaves", "300"]));
+    succeeds(&run(&folder, &[&SIMPLIFY[..], &["-o", "old.vds"]].concat()));
+    folder
+}
+
+/// Every subcommand that writes a file, without the name of that file.
+const WRITERS: [&[&str]; 3] =
+    [&SIMPLIFY, &["grow", "betula-populifolia", "--leaves", "300"], &["render", "old.vds", "--raster", "cpu"]];
+
+fn makes_pipe(path: &Path) {
+    assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
+    assert!(fs::metadata(path).unwrap().file_type().is_fifo());
+}
+
+#[test]
+fn a_folder_that_takes_no_file_is_named() {
+    let folder = folder();
+    let locked = folder.path().join("locked");
+    fs::create_dir(&locked).unwrap();
+    fs::write(locked.join("old.vds"), "old").unwrap();
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o555)).unwrap();
+    let mut targets = vec!["tree.glb/new", "none/new"];
+    if cfg!(target_os = "linux") {
+        targets.push("/proc/new");
+    }
+    if File::create(locked.join("probe")).is_ok() {
+        // For root every folder can be written to.
+        fs::remove_file(locked.join("probe")).unwrap();
+    } else {
+        targets.extend(["locked/new", "locked/old.vds"]);
+    }
+    for (target, writer) in targets.iter().flat_map(|target| WRITERS.map(|writer| (target, writer))) {
+        let line = error_line(&run(&folder, &[writer, &["-o", target]].concat()), 1);
+        assert!(line.contains(target.split('/').find(|part| !part.is_empty()).unwrap()), "{line}");
+    }
+    assert_eq!(fs::read_dir(&locked).unwrap().count(), 1);
+    assert_eq!(names(&folder), ["locked", "old.vds", "tree.glb"]);
+}
+
+#[test]
+fn a_target_that_is_no_regular_file_is_refused_and_left_alone() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("folder")).unwrap();
+    makes_pipe(&folder.path().join("pipe"));
+    symlink("/dev/full", folder.path().join("full")).unwrap();
+    for (target, writer) in ["folder", "pipe", "full", "/dev/null"].iter().flat_map(|t| WRITERS.map(|w| (t, w))) {
+        let line = error_line(&run(&folder, &[writer, &["-o", target]].concat()), 1);
+        assert!(line.contains(target), "{line}");
+    }
+    assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+    assert_eq!(names(&folder), ["folder", "full", "old.vds", "pipe", "tree.glb"]);
+}
+
+/// A shell's limit on the length of files stands in for a full disk; without its signal, writing fails in the same way.
+#[test]
+fn a_disk_that_fills_up_leaves_what_was_there() {
+    let folder = folder();
+    fs::write(folder.path().join("out"), "old").unwrap();
+    for writer in &WRITERS[..2] {
+        let output = run_after(&folder, "trap '' XFSZ; ulimit -f 4", &[*writer, &["-o", "out"]].concat());
+        let line = error_line(&output, 1);
+        assert!(line.contains("out: ") && line.contains("make room") && !line.contains(".part"), "{line}");
+        assert_eq!(fs::read(folder.path().join("out")).unwrap(), b"old");
+        assert_eq!(names(&folder), ["old.vds", "out", "tree.glb"]);
+    }
+}
+
+#[test]
+fn an_input_that_is_gone_a_folder_empty_or_a_pipe_is_named_at_once() {
+    let folder = folder();
+    fs::write(
+        folder.path().join("half.gltf"),
+        r#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":9,"uri":"gone.bin"}]}"#,
+    )
+    .unwrap();
+    for extension in ["glb", "obj", "vds", "toml"] {
+        let path = |stem: &str| folder.path().join(stem).with_extension(extension);
+        fs::create_dir(path("folder")).unwrap();
+        fs::write(path("empty"), "").unwrap();
+        makes_pipe(&path("pipe"));
+    }
+    let before = names(&folder);
+    let readers: [(&str, &[&str]); 6] = [
+        ("simplify", &["glb", "obj"]),
+        ("inspect", &["glb", "vds"]),
+        ("render", &["vds", "toml"]),
+        ("grow", &["toml"]),
+        ("report", &["glb"]),
+        ("simplify", &["vds"]),
+    ];
+    for (reader, extensions) in readers {
+        for (stem, extension) in
+            ["gone", "folder", "empty", "pipe"].iter().flat_map(|s| extensions.iter().map(move |e| (s, e)))
+        {
+            let input = format!("{stem}.{extension}");
+            let output: &[&str] = match reader {
+                "inspect" => &[],
+                "report" => &["-o", "."],
+                _ => &["-o", "out"],
+            };
+            let line = error_line(&run(&folder, &[&[reader, &input][..], output].concat()), 1);
+            assert!(line.contains(&input), "{line}");
+        }
+    }
+    let line = error_line(&run(&folder, &["simplify", "half.gltf", "-o", "out"]), 1);
+    assert!(line.contains("gone.bin"), "{line}");
+    assert_eq!(names(&folder), before);
+}
+
+#[test]
+fn an_interruption_at_any_moment_leaves_the_old_file_or_a_whole_new_one() {
+    let folder = folder();
+    let simplify = ["simplify", "tree.glb", "--raster", "cpu", "--resolution", "64", "-o", "out"];
+    let started = Instant::now();
+    succeeds(&run(&folder, &simplify));
+    let longest = started.elapsed();
+    let new = fs::read(folder.path().join("out")).unwrap();
+    let mut random = Random(31);
+    let [mut untold, mut stopped, mut finished] = [0; 3];
+    for _ in 0..20 {
+        fs::write(folder.path().join("out"), "old").unwrap();
+        let child = command(folder.path(), &simplify).spawn().unwrap();
+        std::thread::sleep(longest.mul_f64((random.next() % 1000) as f64 / 1000.0));
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        let output = ended(child, &simplify);
+        let out = fs::read(folder.path().join("out")).unwrap();
+        let is_new = out == new;
+        assert!(is_new || out == b"old", "{} bytes of {}", out.len(), new.len());
+        match output.status.code() {
+            // Before the command listens.
+            None if output.status.signal() == Some(2) && output.stdout.is_empty() => untold += 1,
+            Some(0) if is_new => finished += 1,
+            _ => {
+                assert!(error_line(&output, 130).contains("interrupted"));
+                stopped += 1;
+            }
+        }
+        assert_eq!(names(&folder), ["old.vds", "out", "tree.glb"]);
+    }
+    println!("{untold} before it listens, {stopped} stopped, {finished} finished");
+    assert!(stopped > 0);
+}
+
+#[test]
+fn two_writers_of_one_file_leave_one_whole_model_at_every_moment() {
+    let folder = folder();
+    let by_area = [&SIMPLIFY[..], &["--criterion", "area"]].concat();
+    let by_vmi = [&SIMPLIFY[..], &["--criterion", "vmi"]].concat();
+    let out = folder.path().join("out");
+    let wholes = [&by_area, &by_vmi].map(|arguments| {
+        succeeds(&run(&folder, &[&arguments[..], &["-o", "out"]].concat()));
+        fs::read(&out).unwrap()
+    });
+    assert!(wholes[0] != wholes[1]);
+    for _ in 0..5 {
+        let mut children = [&by_area, &by_vmi]
+            .map(|arguments| command(folder.path(), &[&arguments[..], &["-o", "out"]].concat()).spawn().unwrap());
+        while children.iter_mut().any(|child| child.try_wait().unwrap().is_none()) {
+            assert!(wholes.contains(&fs::read(&out).unwrap()), "a reader sees something else than a model");
+        }
+        children.into_iter().for_each(|child| succeeds(&child.wait_with_output().unwrap()));
+        assert!(wholes.contains(&fs::read(&out).unwrap()));
+        assert_eq!(names(&folder), ["old.vds", "out", "tree.glb"]);
+    }
+}
+
+#[test]
+fn without_a_driver_gpu_fails_and_auto_takes_the_cpu() {
+    let folder = folder();
+    let by = |arguments: &[&str], raster: &str| {
+        let arguments = [arguments, &["-o", "out", "--raster", raster]].concat();
+        let mut command = command(folder.path(), &arguments);
+        command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+        ended(command.spawn().unwrap(), &arguments)
+    };
+    for arguments in [&["simplify", "tree.glb", "--resolution", "32"][..], &["render", "old.vds"]] {
+        let line = error_line(&by(arguments, "gpu"), 1);
+        assert!(line.contains("GPU: ") && line.contains("--raster cpu"), "{line}");
+        assert_eq!(names(&folder), ["old.vds", "tree.glb"]);
+        let fallen_back = by(arguments, "auto");
+        succeeds(&fallen_back);
+        assert!(String::from_utf8_lossy(&fallen_back.stdout).contains("the CPU"));
+        fs::remove_file(folder.path().join("out")).unwrap();
+    }
+}
+
+#[test]
+fn whoever_stops_reading_stdout_still_gets_the_file() {
+    let folder = folder();
+    for writer in WRITERS {
+        let arguments = [writer, &["-o", "out"]].concat();
+        let mut child = command(folder.path(), &arguments).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = ended(child, &arguments);
+        succeeds(&output);
+        assert!(output.stderr.is_empty());
+        succeeds(&run(&folder, &[writer, &["-o", "expected"]].concat()));
+        assert!(fs::read(folder.path().join("out")).unwrap() == fs::read(folder.path().join("expected")).unwrap());
+        fs::remove_file(folder.path().join("out")).unwrap();
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn output_streams_that_take_nothing_are_told_by_the_exit_code() {
+    let folder = folder();
+    let full = || File::options().write(true).open("/dev/full").unwrap();
+    let inspect = ["inspect", "tree.glb"];
+    for arguments in [&inspect[..], &[&SIMPLIFY[..], &["-o", "out"]].concat()] {
+        let child = command(folder.path(), arguments).stdout(full()).spawn().unwrap();
+        let line = error_line(&ended(child, arguments), 1);
+        assert!(line.contains("stdout: ") && line.contains("make room"), "{line}");
+    }
+    for (arguments, code) in [(["inspect", "gone.glb"], 1), (["prune", "tree.glb"], 2)] {
+        let child = command(folder.path(), &arguments).stderr(full()).spawn().unwrap();
+        assert_eq!(ended(child, &arguments).status.code(), Some(code));
+    }
+    assert_eq!(names(&folder), ["old.vds", "tree.glb"]);
+}
