@@ -86,7 +86,7 @@ pub struct Recipe {
 ///
 /// Invariants, checked by [`FoliageModel::validate`]:
 ///
-/// 1. to 6. as for [`Plant`](crate::Plant): leaves lie one after another, here in drawing order; each has triangles that
+/// 1. to 6. as for [`Plant`]: leaves lie one after another, here in drawing order; each has triangles that
 ///    stay within its vertices; numbers are finite; materials and textures exist; wood parts cover the wood; counts
 ///    stay within their limits.
 /// 7. There is at least one leaf.

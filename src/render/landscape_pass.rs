@@ -8,10 +8,7 @@ use super::{
     camera::Camera,
     light::{FLOOR, HORIZON, Lighting, ZENITH},
 };
-use crate::{
-    crown::smoothstep,
-    effects::sky::{Daylight, SHOWN},
-};
+use crate::{crown::smoothstep, effects::sky::Daylight};
 use glam::{DVec3, Vec3};
 
 /// A level ground.
@@ -81,25 +78,18 @@ impl Landscape {
             None => HORIZON.lerp(ZENITH, smoothstep(0.0, 0.7, ray.y)),
         }
     }
-
-    /// Brightness of the sky in pictures.
-    pub(super) fn sky_scale(&self) -> f32 {
-        self.daylight.map_or(0.0, |daylight| daylight.scale * daylight.exposure * SHOWN)
-    }
 }
 
 #[cfg(feature = "render")]
 pub(super) use gpu::LandscapePass;
 #[cfg(feature = "render")]
-pub use gpu::LandscapeRecord;
-#[cfg(feature = "render")]
-pub use gpu::wgsl;
+pub use gpu::{LandscapeRecord, wgsl};
 
 #[cfg(feature = "render")]
 mod gpu {
     use super::{Landscape, Rays};
     use crate::{
-        effects::sky::{LOWEST, RGB_FROM_XYZ},
+        effects::sky::{LOWEST, RGB_FROM_XYZ, SHOWN},
         render::{
             buffers::buffer,
             foliage::Frame,
@@ -219,7 +209,7 @@ mod gpu {
                 up: rays.up.to_array(),
                 haze: ground.map_or(1.0, |ground| ground.haze as f32),
                 forward: rays.forward.to_array(),
-                scale: landscape.sky_scale(),
+                scale: landscape.daylight.map_or(0.0, |daylight| daylight.scale * daylight.exposure * SHOWN),
                 towards_sun: padded(towards_sun),
                 ground: padded(ground.map_or(Vec3::ZERO, |ground| ground.color.into())),
                 perez: dome.map_or([[0.0; 4]; 5], |dome| dome.perez.map(padded)),
