@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::gpu::gpu;
+use common::gpu::{difference, gpu};
 use foliage_lod::{
     effects::{Contrast, Count, CrownNormals, Effects, Fade, FadeBy, Shadow, Sky, Translucency, Wind, wind::Shape},
     grow::{GrowOptions, Species, grow},
@@ -78,20 +78,6 @@ fn all() -> Effects {
     }
 }
 
-/// Each effect alone.
-fn each() -> [(&'static str, Effects); 7] {
-    let (all, none) = (all(), Effects::default());
-    [
-        ("fade", Effects { fade: all.fade, ..none }),
-        ("contrast", Effects { contrast: all.contrast, ..none }),
-        ("crown_normals", Effects { crown_normals: all.crown_normals, ..none }),
-        ("wind", Effects { wind: all.wind, ..none }),
-        ("translucency", Effects { translucency: all.translucency, ..none }),
-        ("shadow", Effects { shadow: all.shadow, ..none }),
-        ("sky", Effects { sky: all.sky, ..none }),
-    ]
-}
-
 /// What the CPU makes of the same effects.
 fn painted(model: &FoliageModel, effects: &Effects, camera: &Camera, active: f32) -> Image {
     let look = Look { effects: *effects, ..Look::default() };
@@ -118,16 +104,6 @@ fn painted(model: &FoliageModel, effects: &Effects, camera: &Camera, active: f32
     painter.draw_placed(&[placed], camera, SIZE, &options).unwrap()
 }
 
-/// Mean difference of all channels, and the one that 95 % of the pixels stay below.
-fn difference(a: &Image, b: &Image) -> (f64, u8) {
-    let pixels = a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
-    let mut differences: Vec<u8> =
-        pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap()).collect();
-    let sum: u64 = a.rgba.iter().zip(&b.rgba).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-    differences.sort_unstable();
-    (sum as f64 / a.rgba.len() as f64, differences[differences.len() * 95 / 100])
-}
-
 #[test]
 fn each_effect_shows_and_the_cpu_draws_it_as_the_gpu_does() {
     let model = birch(900);
@@ -136,7 +112,7 @@ fn each_effect_shows_and_the_cpu_draws_it_as_the_gpu_does() {
     let camera = Camera::framing(&model.sphere(), DVec3::new(-0.5, 0.1, -0.5), 0.8, 1.0).with_aspect(aspect);
     let Some(mut plain) = Stage::new(&model, Effects::default()) else { return };
     let (without, _) = plain.draw(&camera, 300.0);
-    for (name, effects) in each().into_iter().chain([("all", all())]) {
+    for (name, effects) in all().each().chain([("all", all())]) {
         let (with, prepared) = Stage::new(&model, effects).unwrap().draw(&camera, 300.0);
         let by_cpu = painted(&model, &effects, &camera, 300.0);
         if let Some(folder) = std::env::var_os("FOLIAGE_PICTURES") {
@@ -172,7 +148,7 @@ fn what_is_not_called_for_does_not_exist() {
         ("shadow", vec!["lights", "shadow map"], vec![plain], plain),
         ("sky", vec![], vec![plain], plain),
     ];
-    for ((name, effects), (_, buffers, leaves, wood)) in each().into_iter().zip(expected) {
+    for ((name, effects), (_, buffers, leaves, wood)) in all().each().zip(expected) {
         let mut stage = Stage::new(&model, effects).unwrap();
         stage.draw(&camera, 100.0);
         assert_eq!(stage.foliage.effect_buffers(), buffers, "{name}");

@@ -191,6 +191,22 @@ impl Counts {
 }
 
 impl Effects {
+    /// Each effect that is on, alone, by its name.
+    pub fn each(&self) -> impl Iterator<Item = (&'static str, Self)> + use<> {
+        let (on, none) = (*self, Self::default());
+        [
+            ("fade", Self { fade: on.fade, ..none }),
+            ("contrast", Self { contrast: on.contrast, ..none }),
+            ("crown_normals", Self { crown_normals: on.crown_normals, ..none }),
+            ("wind", Self { wind: on.wind, ..none }),
+            ("translucency", Self { translucency: on.translucency, ..none }),
+            ("shadow", Self { shadow: on.shadow, ..none }),
+            ("sky", Self { sky: on.sky, ..none }),
+        ]
+        .into_iter()
+        .filter(move |(_, alone)| *alone != none)
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors

@@ -84,16 +84,7 @@ pub fn cases(look: &Look) -> Vec<Case> {
         Case { name: "every leaf, no effects".into(), look: with(none), has_lod: false },
         case("no effects", none),
     ];
-    let each = [
-        ("fade", Effects { fade: on.fade, ..none }),
-        ("contrast", Effects { contrast: on.contrast, ..none }),
-        ("crown_normals", Effects { crown_normals: on.crown_normals, ..none }),
-        ("wind", Effects { wind: on.wind, ..none }),
-        ("translucency", Effects { translucency: on.translucency, ..none }),
-        ("shadow", Effects { shadow: on.shadow, ..none }),
-        ("sky", Effects { sky: on.sky, ..none }),
-    ];
-    cases.extend(each.into_iter().filter(|(_, effects)| *effects != none).map(|(name, effects)| case(name, effects)));
+    cases.extend(on.each().map(|(name, alone)| case(name, alone)));
     if cases.len() > 3 {
         cases.push(case("all effects", on));
     }

@@ -9,6 +9,7 @@ mod failure;
 mod grow;
 mod inspect;
 mod interrupt;
+mod names;
 mod output;
 mod pictures;
 mod planting;

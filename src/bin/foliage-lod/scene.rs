@@ -14,7 +14,8 @@ use foliage_lod::{
     render::{camera::Camera, landscape_pass::Ground, light::Lighting, look::Look},
     scene::{
         Active, Grove, Kind, Placement, SceneFile, Viewer,
-        file::{ModelSource, Planted, View},
+        camera::View,
+        file::{ModelSource, Planted},
     },
     simplify::{SimplifyOptions, raster::CpuFragments, simplify},
 };
