@@ -411,3 +411,18 @@ fn stochastic_pictures_depend_on_seed_area_and_fade() {
     assert!(faded["leaves_drawn"].as_u64() > told["leaves_drawn"].as_u64());
     assert!(faded["effects"]["fade"]["simulated"].as_u64() > Some(0));
 }
+
+#[test]
+fn more_memory_than_allowed_is_refused_with_one_line_that_says_how_much() {
+    let folder = folder_with_tree(60);
+    let arguments = ["simplify", "tree.glb", "-o", "a.vds", "--raster", "cpu", "--resolution", "64", "--max-memory"];
+    let refused = run(&folder, &[&arguments[..], &["3"]].concat());
+    let line = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!((refused.status.code(), line.lines().count()), (Some(1), 1), "{line}");
+    assert!(
+        line.contains("20 views of 64 x 64") && line.contains("above the limit of 3; lower --resolution"),
+        "{line}"
+    );
+    assert_eq!(names(&folder), ["tree.glb"]);
+    assert!(run(&folder, &[&arguments[..], &["3000"]].concat()).status.success());
+}

@@ -16,6 +16,7 @@ pub mod fragments;
 pub mod information;
 pub mod layers;
 pub mod masks;
+pub mod memory;
 pub mod neighbours;
 pub mod occlusion;
 pub mod options;

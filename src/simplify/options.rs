@@ -82,6 +82,9 @@ pub struct SimplifyOptions {
     pub cascade: bool,
     /// Threads; 0 takes one per core. The result does not depend on it.
     pub threads: usize,
+    /// Megabytes that may be taken, as [`memory`](super::memory) tells before the work: above that it is refused. `None`
+    /// takes what the machine has available, and no limit where that is unknown. The result does not depend on it.
+    pub max_memory_mb: Option<u64>,
 }
 
 impl SimplifyOptions {
@@ -98,6 +101,7 @@ impl SimplifyOptions {
             max_scale: 8.0,
             cascade: false,
             threads: 0,
+            max_memory_mb: None,
         }
     }
 

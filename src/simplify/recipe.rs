@@ -9,6 +9,7 @@ use super::{
     fragments::FragmentSource,
     layers::Layers,
     masks::Masks,
+    memory,
     options::{self, Compensate, SimplifyOptions},
     price::Price,
     prune::{Pruner, Scene, count_areas},
@@ -67,8 +68,8 @@ pub struct Simplified {
 /// The same plant and options give the same model, for any number of threads, and with the CPU rasteriser on any machine.
 ///
 /// # Errors
-/// [`Error::NoLeaves`] for a plant without leaves, [`Error::InvalidPlant`], [`Error::InvalidOption`], the errors of
-/// `source`, and [`Error::Interrupted`] when the observer says stop.
+/// [`Error::NoLeaves`] for a plant without leaves, [`Error::InvalidPlant`], [`Error::InvalidOption`], [`Error::TooLarge`]
+/// above [`SimplifyOptions::max_memory_mb`], the errors of `source`, and [`Error::Interrupted`] when the observer says stop.
 pub fn simplify(
     plant: &Plant,
     options: &SimplifyOptions,
@@ -126,6 +127,7 @@ fn in_pool(
     source: &mut dyn FragmentSource,
     observer: &mut dyn Observer,
 ) -> Result<(Vec<Prune>, u64, Seconds)> {
+    memory::check(plant, options)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
     let pool = pool.map_err(|error| Error::InvalidOption {
         option: "--threads",

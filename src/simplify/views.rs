@@ -92,6 +92,11 @@ impl ViewSet {
         length * self.inv_radius
     }
 
+    /// Pixels that a length of the plant takes which is turned to a camera at the middle's distance.
+    pub fn pixels_of_length(&self, length: f64) -> f64 {
+        self.unit_length(length) / CAMERA_DISTANCE * self.pixels_per_tan()
+    }
+
     /// Pixels of one view.
     pub fn pixels(&self) -> usize {
         (self.resolution as usize).pow(2)

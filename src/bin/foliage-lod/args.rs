@@ -128,6 +128,10 @@ pub struct Simplify {
     /// Threads; 0 is one per core. The model does not depend on it.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
+    /// Refuse to begin if more than this many megabytes are expected to be taken; unless given, more than the machine has
+    /// available.
+    #[arg(long, value_name = "MB")]
+    pub max_memory: Option<u64>,
     /// Also draw the model with 100, 50 and 15 % of its leaves into this folder.
     #[arg(long, value_name = "FOLDER")]
     pub pictures: Option<PathBuf>,
@@ -304,6 +308,7 @@ impl Simplify {
         options.max_scale = self.max_scale.unwrap_or(options.max_scale);
         options.cascade = self.cascade.unwrap_or(options.cascade);
         options.threads = self.threads;
+        options.max_memory_mb = self.max_memory;
         options
     }
 }
