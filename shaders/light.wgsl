@@ -15,6 +15,8 @@ struct Lit {
     upwards: vec3<f32>,
     is_leaf: bool,
     is_two_sided: bool,
+    // Share of the sun's light that arrives.
+    sunlit: f32,
 }
 
 // Light that a white surface sends back to the eye, linear.
@@ -23,8 +25,9 @@ fn reflected(lit: Lit) -> vec3<f32> {
     let normal = unit(select(lit.normal, -lit.normal, is_turned));
     let open = INNERMOST + (1.0 - INNERMOST) * smoothstep(INNERMOST_RADIUS, 1.0, length(lit.in_crown));
     let cosine = dot(normal, lit.towards_sun);
+    let sun = SUN * lit.sunlit;
     if !lit.is_leaf {
-        return (SUN * max(cosine, 0.0) + sky(normal, lit.upwards)) * open;
+        return (sun * max(cosine, 0.0) + sky(normal, lit.upwards)) * open;
     }
     let outwards = unit(lit.in_crown * lit.inverse_half_size);
     let leaning = unit(select(normal + outwards * LEAN, mix(normal, outwards, CROWN_BLEND), CROWN_NORMALS));
@@ -34,7 +37,7 @@ fn reflected(lit: Lit) -> vec3<f32> {
         let against = max(dot(unit(lit.from_eye), lit.towards_sun), 0.0);
         through *= 1.0 + GLOW * pow(against, GLOW_SHARPNESS);
     }
-    return (SUN * (vec3(facing) + through) + sky(leaning, lit.upwards)) * open;
+    return (sun * (vec3(facing) + through) + sky(leaning, lit.upwards)) * open;
 }
 
 fn sky(normal: vec3<f32>, upwards: vec3<f32>) -> vec3<f32> {

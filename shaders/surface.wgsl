@@ -105,6 +105,7 @@ fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
         instance.up_local,
         is_leaf,
         is_leaf || material.is_two_sided == 1u,
+        sunlit(surface.position_local, surface.instance),
     );
     let lit_color = texel.rgb * material.base_color.rgb * surface.color * reflected(lit);
     var color = surface.color;

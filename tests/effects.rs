@@ -5,9 +5,9 @@
 
 mod common;
 
-use common::gpu::gpu;
+use common::gpu::{difference, gpu};
 use foliage_lod::{
-    effects::{Contrast, Count, CrownNormals, Effects, Fade, FadeBy, Translucency, Wind, wind::Shape},
+    effects::{Contrast, Count, CrownNormals, Effects, Fade, FadeBy, Shadow, Sky, Translucency, Wind, wind::Shape},
     grow::{GrowOptions, Species, grow},
     model::{FoliageModel, Timeline},
     render::{
@@ -15,9 +15,11 @@ use foliage_lod::{
         device::GpuDevice,
         foliage::{FoliageRenderer, Frame, Instance, ModelId, Prepared},
         image::Image,
+        landscape_pass::Ground,
+        light::Lighting,
         look::{Look, Variant},
         offscreen::{Offscreen, TARGET},
-        software::{DrawList, DrawOptions, Drawn, Painter, Placed, Tone, mean_leaf_color},
+        software::{Background, DrawList, DrawOptions, Drawn, Painter, Placed, Tone, mean_leaf_color},
     },
     simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
     stochastic::contrast,
@@ -71,25 +73,15 @@ fn all() -> Effects {
         crown_normals: Some(CrownNormals::default()),
         wind: Some(Wind { strength: 0.06, ..Wind::default() }),
         translucency: Some(Translucency::default()),
+        shadow: Some(Shadow { resolution: 1024, distance: 60.0, lod: 1.0, softness: 1.0 }),
+        sky: Some(Sky::default()),
     }
-}
-
-/// Each effect alone.
-fn each() -> [(&'static str, Effects); 5] {
-    let (all, none) = (all(), Effects::default());
-    [
-        ("fade", Effects { fade: all.fade, ..none }),
-        ("contrast", Effects { contrast: all.contrast, ..none }),
-        ("crown_normals", Effects { crown_normals: all.crown_normals, ..none }),
-        ("wind", Effects { wind: all.wind, ..none }),
-        ("translucency", Effects { translucency: all.translucency, ..none }),
-    ]
 }
 
 /// What the CPU makes of the same effects.
 fn painted(model: &FoliageModel, effects: &Effects, camera: &Camera, active: f32) -> Image {
     let look = Look { effects: *effects, ..Look::default() };
-    let lighting = look.lighting.with_effects(effects);
+    let lighting = look.lighting();
     let leaves = model.leaves.len() as u32;
     let fade = effects.fade.unwrap_or(Fade { half_width: 0.0, ..Fade::default() });
     let transition = fade.transition(f64::from(active), leaves);
@@ -106,19 +98,10 @@ fn painted(model: &FoliageModel, effects: &Effects, camera: &Camera, active: f32
         (moment.sway(&shape, &DAffine3::IDENTITY), moment.phases())
     });
     let placed = Placed { tone, sway, ..Placed::new(&list, DAffine3::IDENTITY) };
-    let options = DrawOptions { lighting, ..DrawOptions::default() };
+    let background = look.landscape().map_or(Background::Sky, Background::Landscape);
+    let options = DrawOptions { lighting, background, ..DrawOptions::default() };
     let painter = Painter::new(&model.materials, &model.textures).unwrap();
     painter.draw_placed(&[placed], camera, SIZE, &options).unwrap()
-}
-
-/// Mean difference of all channels, and the one that 95 % of the pixels stay below.
-fn difference(a: &Image, b: &Image) -> (f64, u8) {
-    let pixels = a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
-    let mut differences: Vec<u8> =
-        pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap()).collect();
-    let sum: u64 = a.rgba.iter().zip(&b.rgba).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-    differences.sort_unstable();
-    (sum as f64 / a.rgba.len() as f64, differences[differences.len() * 95 / 100])
 }
 
 #[test]
@@ -129,7 +112,7 @@ fn each_effect_shows_and_the_cpu_draws_it_as_the_gpu_does() {
     let camera = Camera::framing(&model.sphere(), DVec3::new(-0.5, 0.1, -0.5), 0.8, 1.0).with_aspect(aspect);
     let Some(mut plain) = Stage::new(&model, Effects::default()) else { return };
     let (without, _) = plain.draw(&camera, 300.0);
-    for (name, effects) in each().into_iter().chain([("all", all())]) {
+    for (name, effects) in all().each().chain([("all", all())]) {
         let (with, prepared) = Stage::new(&model, effects).unwrap().draw(&camera, 300.0);
         let by_cpu = painted(&model, &effects, &camera, 300.0);
         if let Some(folder) = std::env::var_os("FOLIAGE_PICTURES") {
@@ -140,8 +123,9 @@ fn each_effect_shows_and_the_cpu_draws_it_as_the_gpu_does() {
         let (mean, percentile) = difference(&with, &by_cpu);
         println!("{name}: shows {shown:.2}, CPU differs by {mean:.2}, 95th percentile {percentile}");
         assert!(shown > 0.1, "{name} does nothing");
-        // Four samples against sixteen, filtered levels against nearest ones.
-        assert!(mean < 3.0 && percentile < 48, "{name}: {mean} {percentile}");
+        // Four samples against sixteen, filtered levels against nearest ones. The CPU casts no shadows.
+        let has_shadow = effects.shadow.is_some();
+        assert!(has_shadow || mean < 3.0 && percentile < 48, "{name}: {mean} {percentile}");
         assert!(prepared.effects.named().all(|(_, count)| count.simulated > 0), "{name}: {:?}", prepared.effects);
     }
 }
@@ -161,11 +145,19 @@ fn what_is_not_called_for_does_not_exist() {
         ("crown_normals", vec![], vec![plain], plain),
         ("wind", vec!["sways", "wind"], vec![Variant { wind: true, ..plain }], Variant { wind: true, ..plain }),
         ("translucency", vec![], vec![plain], plain),
+        ("shadow", vec!["lights", "shadow map"], vec![plain], plain),
+        ("sky", vec![], vec![plain], plain),
     ];
-    for ((name, effects), (_, buffers, leaves, wood)) in each().into_iter().zip(expected) {
+    for ((name, effects), (_, buffers, leaves, wood)) in all().each().zip(expected) {
         let mut stage = Stage::new(&model, effects).unwrap();
         stage.draw(&camera, 100.0);
         assert_eq!(stage.foliage.effect_buffers(), buffers, "{name}");
+        let passes = match name {
+            "shadow" => vec!["shadow map"],
+            "sky" => vec!["landscape"],
+            _ => vec![],
+        };
+        assert_eq!(stage.foliage.passes(), passes, "{name}");
         assert_eq!(stage.foliage.compiled(), [leaves, vec![wood]], "{name}");
     }
 }
@@ -233,9 +225,72 @@ fn far_plants_stand_still_and_nobody_sees_it() {
     };
     let ((some, skipping), (every, whole)) = (draw(SIZE[1]), draw(1_000_000));
     assert!(skipping.skipped > 10 && whole.skipped == 0, "{skipping:?} {whole:?}");
-    let (mean, _) = difference(&some, &every);
+    let (mean, percentile) = difference(&some, &every);
     println!("skipping {} of 60 plants changes the picture by {mean:.4} of 255", skipping.skipped);
-    assert!(mean < 1.0, "{mean}");
+    // Where it changes at all, by an edge that moves within its pixel.
+    assert!(mean < 0.1 && percentile <= 2, "{mean} {percentile}");
+}
+
+/// Mean brightness of the pixels in a part of the picture, rows from top to bottom.
+fn brightness(image: &Image, rows: std::ops::Range<u32>) -> f64 {
+    let pixels: Vec<[u8; 4]> =
+        rows.flat_map(|y| (0..image.width).map(move |x| (x, y))).filter_map(|(x, y)| image.pixel(x, y)).collect();
+    let sum: u64 = pixels.iter().map(|[r, g, b, _]| u64::from(*r) + u64::from(*g) + u64::from(*b)).sum();
+    sum as f64 / (3 * pixels.len()) as f64
+}
+
+#[test]
+fn shadows_fall_away_from_the_sun_on_the_ground_and_on_other_plants() {
+    let model = birch(900);
+    let Some(gpu) = gpu() else { return };
+    let target = Offscreen::new(&gpu, SIZE).unwrap();
+    let height = f64::from(model.aabb().size().y);
+    let foot = DVec3::new(0.0, f64::from(model.aabb().min[1]), 0.0);
+    let ground = Ground { color: [0.5; 3], height: foot.y, haze: 1e6 };
+    // Looking straight down past the tree, with the sun low at -X.
+    let camera = Camera {
+        eye: foot + DVec3::new(0.0, 3.0 * height, 0.01),
+        target: foot,
+        up: DVec3::NEG_Z,
+        fov_y_radians: 0.9,
+        aspect: f64::from(SIZE[0]) / f64::from(SIZE[1]),
+        near: 0.01,
+    };
+    let towards_sun = Vec3::new(-1.0, 1.0, 0.0);
+    let draw = |shadow: Option<Shadow>| {
+        let effects = Effects { shadow, ..Effects::default() };
+        let lighting = Lighting { towards_sun, ..Lighting::default() };
+        let look = Look { effects, ground: Some(ground), lighting, ..Look::default() };
+        let mut foliage = FoliageRenderer::with_look(gpu.device(), TARGET, look);
+        let id = foliage.add_model(gpu.device(), gpu.queue(), &model).unwrap();
+        let plant = Instance::new(id, DAffine3::IDENTITY, 900.0);
+        let behind = Instance { world_from_plant: DAffine3::from_translation(DVec3::Z * 40.0 * height), ..plant };
+        let frame = Frame::new(&camera, SIZE[1]);
+        let prepared = foliage.prepare_with_casters(gpu.device(), gpu.queue(), frame, &[plant], &[plant, behind]);
+        (target.picture(&foliage).unwrap(), prepared.unwrap().effects.shadow)
+    };
+    let distance = 5.0 * height as f32;
+    let (lit, none) = draw(None);
+    let (shaded, count) = draw(Some(Shadow { distance, lod: 1.0, ..Shadow::default() }));
+    if let Some(folder) = std::env::var_os("FOLIAGE_PICTURES") {
+        let path = std::path::Path::new(&folder).join("shadow-from-above.png");
+        Image::side_by_side(&[lit.clone(), shaded.clone()], 4).write_png(path).unwrap();
+    }
+    assert_eq!((none, count), (None, Some(Count { simulated: 1, skipped: 1 })));
+    // The sun is to the left: the shadow falls to the right of the middle.
+    let side = |image: &Image, columns: std::ops::Range<u32>| {
+        let mut part = Image::filled(columns.end - columns.start, SIZE[1], [0; 4]);
+        for y in 0..SIZE[1] {
+            for x in columns.clone() {
+                part.paste(&Image::filled(1, 1, image.pixel(x, y).unwrap()), x - columns.start, y);
+            }
+        }
+        brightness(&part, 0..SIZE[1])
+    };
+    let half = SIZE[0] / 2;
+    let [left, right] = [0..half - 20, half + 20..SIZE[0]].map(|part| side(&lit, part.clone()) - side(&shaded, part));
+    println!("darker by {right:.2} away from the sun, by {left:.2} towards it");
+    assert!(right > 2.0 && right > 8.0 * left.abs(), "{left} {right}");
 }
 
 #[test]

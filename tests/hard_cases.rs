@@ -83,7 +83,9 @@ fn walled_in() -> Plant {
 }
 
 const SIZE: [u32; 2] = [96, 96];
-const BARE: DrawOptions = DrawOptions { background: Background::Transparent, wood: true, tone: None };
+fn bare() -> DrawOptions {
+    DrawOptions { background: Background::Transparent, ..DrawOptions::default() }
+}
 
 /// Covered pixels, partly covered ones by their share.
 fn covered_px(image: &Image) -> f64 {
@@ -93,7 +95,7 @@ fn covered_px(image: &Image) -> f64 {
 /// The model at active count `n` from the side, framed.
 fn picture(model: &FoliageModel, n: usize, fov_deg: f64) -> Image {
     let camera = Camera::framing(&model.sphere(), DVec3::new(1.0, 0.3, 2.0), fov_deg.to_radians(), 1.1);
-    draw_model(model, n, &camera, SIZE, &BARE).unwrap()
+    draw_model(model, n, &camera, SIZE, &bare()).unwrap()
 }
 
 /// (lambda, r, (1 - (1 - r)^(1/lambda)) / r) of exactly these binary numbers, computed with 400 decimal digits.
@@ -374,10 +376,10 @@ fn a_card_covers_what_its_angle_says_from_1_to_170_degrees() {
         let base = Vec3::NEG_Y * half_width;
         plants::push_card(&mut plant, base, Vec3::Y * 2.0 * half_width, Vec3::X * 2.0 * half_width, base);
         let camera = camera_at(DVec3::Z, DVec3::NEG_Z, fov_deg);
-        let covered = covered_px(&draw_plant(&plant, &camera, SIZE, &BARE).unwrap());
+        let covered = covered_px(&draw_plant(&plant, &camera, SIZE, &bare()).unwrap());
         assert!((covered - 48.0 * 48.0).abs() < 1.0, "{covered} pixels at {fov_deg} degrees");
         let away = Camera { target: camera.eye + DVec3::Z, ..camera };
-        assert_eq!(covered_px(&draw_plant(&plant, &away, SIZE, &BARE).unwrap()), 0.0);
+        assert_eq!(covered_px(&draw_plant(&plant, &away, SIZE, &bare()).unwrap()), 0.0);
     }
 }
 
@@ -388,7 +390,7 @@ fn from_inside_a_closed_crown_every_pixel_is_leaf() {
     for eye in [DVec3::ZERO, DVec3::new(0.9, -0.5, 0.3)] {
         for toward in [DVec3::X, DVec3::NEG_Y, DVec3::new(-1.0, 0.4, 0.2), DVec3::ONE] {
             for fov_deg in [1.0, 60.0, 170.0] {
-                let image = draw_plant(&crown, &camera_at(eye, toward, fov_deg), SIZE, &BARE).unwrap();
+                let image = draw_plant(&crown, &camera_at(eye, toward, fov_deg), SIZE, &bare()).unwrap();
                 assert_eq!(covered_px(&image), 96.0 * 96.0, "from {eye} to {toward} at {fov_deg} degrees");
             }
         }

@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::gpu::gpu;
+use common::gpu::{difference, gpu};
 use foliage_lod::{
     extract::Swap,
     grow::{GrowOptions, Species, grow},
@@ -67,16 +67,6 @@ impl Stage {
     fn at_origin(&self, active: f32) -> Instance {
         Instance::new(self.models[0], DAffine3::IDENTITY, active)
     }
-}
-
-/// Mean difference of all channels, and the one that 95 % of the pixels stay below.
-fn difference(a: &Image, b: &Image) -> (f64, u8) {
-    let pixels = a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
-    let mut differences: Vec<u8> =
-        pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap()).collect();
-    let sum: u64 = a.rgba.iter().zip(&b.rgba).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-    differences.sort_unstable();
-    (sum as f64 / a.rgba.len() as f64, differences[differences.len() * 95 / 100])
 }
 
 #[test]
@@ -155,7 +145,7 @@ fn any_number_of_plants_takes_a_few_draws_a_model() {
         let prepared = stage.prepare(&camera, &plants);
         assert_eq!((prepared.instances, prepared.skipped), (count as u32, 0));
         // One for the leaves of each model, and one for each thickness down to which stems are drawn.
-        assert!((4..=10).contains(&prepared.draws), "{count} plants: {}", prepared.draws);
+        assert!((4..=16).contains(&prepared.draws), "{count} plants: {}", prepared.draws);
         assert_eq!(prepared.leaves, (0..count as u64).map(|i| i % 60 + 1).sum::<u64>());
     }
     // What is drawn first has no influence on what is seen.

@@ -3,7 +3,7 @@
 
 use foliage_lod::{
     effects::{FadeBy, fade::Rule},
-    scene::{SceneFile, file::Policy},
+    scene::{SceneFile, lod::Policy},
 };
 use glam::DVec3;
 use std::path::Path;

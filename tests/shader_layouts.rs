@@ -2,11 +2,12 @@
 #![cfg(all(feature = "render", feature = "simplify"))]
 
 use foliage_lod::{
-    effects::wind::Sway,
+    effects::{Effects, Shadow, Sky, wind::Sway},
     render::{
         backdrop_pass,
         fragment_pass::{self, MaskHeader, Params},
         frame_list::Tone,
+        landscape_pass::{self, LandscapeRecord},
         leaf_pass,
         look::{Look, Variant},
         model_buffers::{CrownRecord, Event, LeafRecord, LeafVertex, MaterialRecord},
@@ -91,6 +92,24 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     assert_layout!(&module, LeafRecord, "LeafRecord", [pivot, material, first_event, end_event]);
     assert_layout!(&module, Event, "Event", [leaf, scale]);
     parsed(&backdrop_pass::wgsl());
+    let shadowed = Look {
+        effects: Effects { shadow: Some(Shadow::default()), sky: Some(Sky::default()), ..Effects::default() },
+        ..look
+    };
+    for variant in Variant::all() {
+        parsed(&leaf_pass::wgsl(&shadowed, variant));
+        parsed(&leaf_pass::shadow_wgsl(&look, variant));
+        parsed(&wood_pass::shadow_wgsl(&look, variant));
+    }
+    for look in [look, shadowed] {
+        let module = parsed(&landscape_pass::wgsl(&look));
+        assert_layout!(
+            &module,
+            LandscapeRecord,
+            "Landscape",
+            [right, eye_height, up, haze, forward, scale, towards_sun, ground, perez, zenith, light_from_eye]
+        );
+    }
 }
 
 #[test]

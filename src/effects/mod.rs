@@ -4,13 +4,15 @@
 //! simulated only where it shows; [`Count`] tells how often that was.
 
 pub mod fade;
+pub mod sky;
 mod switch;
 pub mod wind;
 
 pub use fade::{Fade, FadeBy};
+pub use sky::Sky;
 pub use wind::Wind;
 
-use crate::{Error, Result};
+use crate::{Error, Result, model::Transition};
 use serde::Deserialize;
 
 /// Which effects a scene calls for. All are off by default.
@@ -32,6 +34,12 @@ pub struct Effects {
     /// Light shines through leaves towards who looks at the sun.
     #[serde(deserialize_with = "switch::deserialize")]
     pub translucency: Option<Translucency>,
+    /// Plants cast shadows on each other and on the ground.
+    #[serde(deserialize_with = "switch::deserialize")]
+    pub shadow: Option<Shadow>,
+    /// The sky and its light follow the sun.
+    #[serde(deserialize_with = "switch::deserialize")]
+    pub sky: Option<Sky>,
 }
 
 /// Shaded colours of reduced plants are drawn to their mean (see [`stochastic::contrast`](crate::stochastic::contrast)).
@@ -60,6 +68,26 @@ pub struct Translucency {
     pub glow: f32,
     /// How closely around the sun: the exponent of the cosine, 1 to 64.
     pub sharpness: f32,
+}
+
+/// Shadows of the sun, from plants drawn a second time at a lower level of detail.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Shadow {
+    /// Pixels on a side of the shadow map: 64 to 8192.
+    pub resolution: u32,
+    /// How far from the camera shadows fall, in world units, above 0.
+    pub distance: f32,
+    /// Leaves that cast shadows, over those that the plant is drawn with: 0 to 1.
+    pub lod: f32,
+    /// Half width of a shadow's edge in pixels of the map: 0 to 4.
+    pub softness: f32,
+}
+
+impl Default for Shadow {
+    fn default() -> Self {
+        Self { resolution: 2048, distance: 80.0, lod: 0.4, softness: 1.0 }
+    }
 }
 
 impl Default for Contrast {
@@ -110,6 +138,10 @@ pub struct Counts {
     pub wind: Option<Count>,
     /// All plants.
     pub translucency: Option<Count>,
+    /// Plants whose shadow reaches the view, and the others.
+    pub shadow: Option<Count>,
+    /// One for each picture.
+    pub sky: Option<Count>,
 }
 
 impl Counts {
@@ -122,13 +154,24 @@ impl Counts {
             crown_normals: zero(effects.crown_normals.is_some()),
             wind: zero(effects.wind.is_some()),
             translucency: zero(effects.translucency.is_some()),
+            shadow: zero(effects.shadow.is_some()),
+            sky: effects.sky.map(|_| Count { simulated: 1, skipped: 0 }),
         }
     }
 
-    /// Counts one plant for which every effect but `fade` was simulated.
+    /// Counts one plant for which every effect on how it is lit and where it is was simulated.
     pub fn add_plant(&mut self) {
         let counts = [&mut self.contrast, &mut self.crown_normals, &mut self.wind, &mut self.translucency];
         counts.into_iter().flatten().for_each(|count| count.add(true));
+    }
+
+    /// Counts the leaves of one plant for `fade`.
+    pub fn add_leaves(&mut self, transition: &Transition) {
+        if let Some(fade) = &mut self.fade {
+            let whole = transition.first_partial().min(transition.drawn());
+            fade.simulated += u64::from(transition.drawn() - whole);
+            fade.skipped += u64::from(whole);
+        }
     }
 
     /// Names and counts of the effects that are on.
@@ -139,6 +182,8 @@ impl Counts {
             ("crown_normals", self.crown_normals),
             ("wind", self.wind),
             ("translucency", self.translucency),
+            ("shadow", self.shadow),
+            ("sky", self.sky),
         ]
         .into_iter()
         .filter_map(|(name, count)| Some((name, count?)))
@@ -146,6 +191,22 @@ impl Counts {
 }
 
 impl Effects {
+    /// Each effect that is on, alone, by its name.
+    pub fn each(&self) -> impl Iterator<Item = (&'static str, Self)> + use<> {
+        let (on, none) = (*self, Self::default());
+        [
+            ("fade", Self { fade: on.fade, ..none }),
+            ("contrast", Self { contrast: on.contrast, ..none }),
+            ("crown_normals", Self { crown_normals: on.crown_normals, ..none }),
+            ("wind", Self { wind: on.wind, ..none }),
+            ("translucency", Self { translucency: on.translucency, ..none }),
+            ("shadow", Self { shadow: on.shadow, ..none }),
+            ("sky", Self { sky: on.sky, ..none }),
+        ]
+        .into_iter()
+        .filter(move |(_, alone)| *alone != none)
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors
@@ -165,6 +226,13 @@ impl Effects {
             within("effects.translucency.glow", through.glow, 0.0, 16.0)?;
             within("effects.translucency.sharpness", through.sharpness, 1.0, 64.0)?;
         }
+        if let Some(shadow) = &self.shadow {
+            within("effects.shadow.resolution", shadow.resolution as f32, 64.0, 8192.0)?;
+            within("effects.shadow.distance", shadow.distance, 1e-6, 1e9)?;
+            within("effects.shadow.lod", shadow.lod, 0.0, 1.0)?;
+            within("effects.shadow.softness", shadow.softness, 0.0, 4.0)?;
+        }
+        self.sky.as_ref().map_or(Ok(()), Sky::check)?;
         self.wind.as_ref().map_or(Ok(()), Wind::check)
     }
 }
@@ -189,9 +257,11 @@ mod tests {
             crown_normals: Some(CrownNormals::default()),
             wind: Some(Wind::default()),
             translucency: Some(Translucency::default()),
+            shadow: Some(Shadow::default()),
+            sky: Some(Sky::default()),
         };
         all.check().unwrap();
-        assert_eq!(Counts::of(&all).named().count(), 5);
+        assert_eq!(Counts::of(&all).named().count(), 7);
         assert_eq!(Counts::of(&Effects::default()).named().count(), 0);
         let odd = Effects { contrast: Some(Contrast { strength: f32::NAN }), ..all };
         assert!(odd.check().unwrap_err().to_string().contains("effects.contrast.strength is NaN"));

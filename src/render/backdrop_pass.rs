@@ -25,7 +25,7 @@ impl Backdrop {
             name: "backdrop_pass",
             wgsl: wgsl(),
             entry_points: ["backdrop_corner", "backdrop"],
-            layouts: &[],
+            layouts: Vec::new(),
             vertex_buffers: &[],
             surface: None,
         };

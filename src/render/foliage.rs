@@ -3,7 +3,8 @@
 //! ```text
 //! new(device, queue, target, look)  add_model(model)        once
 //! prepare(frame, instances)                                 each frame: uploads 144 bytes a plant and 8 a run of its leaves
-//! render(pass)                                              each frame: two or three draws a model and look
+//! render_before(encoder)                                    each frame with shadows: the shadow map
+//! render(pass)                                              each frame: a few draws a model
 //! ```
 //!
 //! Every instance has its own active count, with a fraction, and no state: the drawn scales come from the model's timeline
@@ -21,18 +22,19 @@ use super::{
     buffers::{buffer, grow},
     camera::Camera,
     effect_buffers::EffectBuffers,
-    frame_list::{FrameList, ModelFacts},
-    leaf_pass::{self, Run},
+    frame_list::{Eye, ModelFacts},
+    landscape_pass::LandscapePass,
+    layer::Layer,
     look::{Look, Variant},
     model_buffers::ModelBuffers,
+    shadow_pass::ShadowPass,
     software::mean_leaf_color,
     stems::Stems,
-    surface::{Coloring, InstanceRecord, RUN_INDICES, TargetFormat, layouts},
-    wood_pass,
+    surface::{Coloring, Target, TargetFormat, layouts, map_layout},
 };
 use crate::{Error, Result, effects::Counts, extract::Swap, model::FoliageModel};
-use glam::DAffine3;
-use std::{collections::HashMap, ops::Range};
+use glam::{DAffine3, DMat4};
+use std::ops::Range;
 
 /// A model that was added to a renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,21 +122,15 @@ pub struct Prepared {
 
 /// Draws plants.
 pub struct FoliageRenderer {
-    look: Look,
-    leaves: HashMap<Variant, wgpu::RenderPipeline>,
-    wood: HashMap<Variant, wgpu::RenderPipeline>,
-    target: TargetFormat,
-    layouts: Vec<wgpu::BindGroupLayout>,
+    picture: Layer,
+    shadow: Option<ShadowPass>,
+    landscape: Option<LandscapePass>,
+    model_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     models: Vec<ModelBuffers>,
     facts: Vec<ModelFacts>,
     scales: wgpu::Buffer,
     scales_used: u32,
-    instances: wgpu::Buffer,
-    runs: wgpu::Buffer,
-    bindings: Option<wgpu::BindGroup>,
-    effects: Option<EffectBuffers>,
-    list: FrameList,
 }
 
 impl FoliageRenderer {
@@ -143,53 +139,57 @@ impl FoliageRenderer {
         Self::with_look(device, target, Look::default())
     }
 
-    /// Draws plants with effects, or lit in another way.
+    /// Draws plants with effects, or lit in another way. Where the look has a sky or a ground, they take the place of what
+    /// lies behind the plants.
     pub fn with_look(device: &wgpu::Device, target: TargetFormat, look: Look) -> Self {
-        use wgpu::BufferUsages as Usage;
         let layouts = layouts(device, &look.effects);
-        let storage = Usage::STORAGE | Usage::COPY_DST;
+        let shadow = look.effects.shadow.map(|effect| ShadowPass::new(device, &look, effect, &layouts));
+        let map = shadow.as_ref().map(ShadowPass::map);
+        let map_layout = map.map(|_| map_layout(device));
+        let scales = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         Self {
-            effects: layouts.get(2).map(|layout| EffectBuffers::new(device, layout, &look.effects)),
-            look,
-            leaves: HashMap::new(),
-            wood: HashMap::new(),
-            target,
-            layouts,
+            landscape: look.landscape().map(|_| LandscapePass::new(device, target, &look, map_layout.as_ref())),
+            model_layout: layouts[0].clone(),
+            picture: Layer::new(device, Target::Picture(target), look, layouts, map),
+            shadow,
             sampler: sampler(device),
             models: Vec::new(),
             facts: Vec::new(),
-            scales: buffer(device, "foliage scales", storage | Usage::COPY_SRC, size_of::<f32>() as u64),
+            scales: buffer(device, "foliage scales", scales, size_of::<f32>() as u64),
             scales_used: 0,
-            instances: buffer(device, "foliage instances", storage, size_of::<InstanceRecord>() as u64),
-            runs: buffer(device, "foliage runs", Usage::VERTEX | Usage::COPY_DST, size_of::<Run>() as u64),
-            bindings: None,
-            list: FrameList::default(),
         }
     }
 
     /// Colours leaves in another way from the next [`prepare`](Self::prepare) on, which compiles the passes anew.
     pub fn set_coloring(&mut self, coloring: Coloring) {
-        self.look.coloring = coloring;
-        self.leaves.clear();
+        self.picture.look.coloring = coloring;
+        self.picture.forget_leaves();
     }
 
     /// What plants look like.
     pub fn look(&self) -> &Look {
-        &self.look
+        &self.picture.look
     }
 
-    /// Variants for which pipelines exist: of the leaves' pass, and of the wood's.
+    /// Variants for which pipelines of the picture exist: of the leaves' pass, and of the wood's.
     pub fn compiled(&self) -> [Vec<Variant>; 2] {
-        [&self.leaves, &self.wood].map(|pipelines| {
-            let mut variants: Vec<_> = pipelines.keys().copied().collect();
-            variants.sort_unstable();
-            variants
-        })
+        self.picture.compiled()
     }
 
-    /// Labels of the buffers that exist for effects.
+    /// Names of the passes besides leaves and wood.
+    pub fn passes(&self) -> Vec<&'static str> {
+        let shadow = self.shadow.iter().map(|_| "shadow map");
+        shadow.chain(self.landscape.iter().map(|_| "landscape")).collect()
+    }
+
+    /// Labels of the buffers and textures that exist for effects.
     pub fn effect_buffers(&self) -> Vec<&'static str> {
-        self.effects.as_ref().map_or_else(Vec::new, EffectBuffers::labels)
+        self.picture.effects.as_ref().map_or_else(Vec::new, EffectBuffers::labels)
+    }
+
+    /// Bytes of the buffers and textures that exist for effects.
+    pub fn effect_bytes(&self) -> u64 {
+        self.picture.effects.as_ref().map_or(0, EffectBuffers::bytes)
     }
 
     /// Uploads a model.
@@ -199,12 +199,13 @@ impl FoliageRenderer {
     /// [`Error::Unreadable`] for a damaged texture.
     pub fn add_model(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, model: &FoliageModel) -> Result<ModelId> {
         model.validate()?;
-        let mean = match self.look.effects.contrast {
-            Some(_) => mean_leaf_color(model, &self.look.lighting())?,
+        let look = self.look();
+        let mean = match look.effects.contrast {
+            Some(_) => mean_leaf_color(model, &look.lighting())?,
             None => [0.0; 3],
         };
         let stems = Stems::new(model);
-        self.models.push(ModelBuffers::new(device, queue, &self.layouts[0], &self.sampler, model, &stems)?);
+        self.models.push(ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &stems)?);
         self.facts.push(ModelFacts::new(model, &stems, mean));
         Ok(ModelId(self.models.len() - 1))
     }
@@ -226,7 +227,8 @@ impl FoliageRenderer {
             let mut encoder = device.create_command_encoder(&Default::default());
             encoder.copy_buffer_to_buffer(&old, 0, &self.scales, 0, 4 * u64::from(id.first));
             queue.submit([encoder.finish()]);
-            self.bindings = None;
+            self.picture.forget_bindings();
+            self.shadow.iter_mut().for_each(ShadowPass::forget_bindings);
         }
         self.scales_used += id.leaves;
         self.upload_scales(queue, id, swap, std::slice::from_ref(&(0..id.leaves)));
@@ -243,7 +245,8 @@ impl FoliageRenderer {
         }
     }
 
-    /// Takes in what the next [`render`](Self::render) draws. Allocates nothing once the lists have grown.
+    /// Takes in what the next [`render`](Self::render) draws. Allocates nothing once the lists have grown. What is drawn
+    /// casts the shadows.
     ///
     /// # Errors
     /// [`Error::TooLarge`] for more plants than the device's buffers hold; then nothing is drawn.
@@ -254,89 +257,55 @@ impl FoliageRenderer {
         frame: impl Into<Frame>,
         instances: &[Instance],
     ) -> Result<Prepared> {
-        let prepared = self.list.fill(&self.look, &self.facts, &frame.into(), instances);
-        self.check_room(device)?;
-        self.compile(device);
-        let list = &self.list;
-        let mut is_rebound = grow(device, &mut self.instances, size_of_val(&list.records[..]) as u64);
-        grow(device, &mut self.runs, size_of_val(&list.runs[..]) as u64);
-        queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&list.records));
-        queue.write_buffer(&self.runs, 0, bytemuck::cast_slice(&list.runs));
-        if let (Some(effects), Some(layout)) = (&mut self.effects, self.layouts.get(2)) {
-            effects.upload(device, queue, layout, list);
+        self.prepare_with_casters(device, queue, frame, instances, instances)
+    }
+
+    /// As [`prepare`](Self::prepare), with plants that cast shadows whether they are drawn or not: those of the whole scene.
+    ///
+    /// # Errors
+    /// Those of [`prepare`](Self::prepare).
+    pub fn prepare_with_casters(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: impl Into<Frame>,
+        instances: &[Instance],
+        casters: &[Instance],
+    ) -> Result<Prepared> {
+        let frame = frame.into();
+        let mut eye = Eye::new(&frame);
+        let mut shadow = None;
+        if let Some(pass) = &mut self.shadow {
+            let (light_from_world, count) = pass.prepare(device, queue, &self.facts, &frame, casters, &self.scales)?;
+            eye.light_from_world = Some(light_from_world);
+            shadow = Some(count);
         }
-        is_rebound |= self.bindings.is_none();
-        if is_rebound {
-            let entries = [(0, &self.instances), (1, &self.scales)]
-                .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
-            self.bindings = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("foliage frame"),
-                layout: &self.layouts[1],
-                entries: &entries,
-            }));
+        if let (Some(pass), Some(landscape)) = (&self.landscape, self.picture.look.landscape()) {
+            let to_eye = DMat4::from_translation(frame.camera.eye);
+            let light_from_eye = eye.light_from_world.map_or(DMat4::IDENTITY, |light| light * to_eye);
+            pass.upload(queue, &landscape, &frame, light_from_eye.as_mat4());
         }
+        let mut prepared = self.picture.prepare(device, queue, &self.facts, &eye, instances, &self.scales)?;
+        prepared.effects.shadow = shadow;
         Ok(prepared)
+    }
+
+    /// Draws what the picture's passes need: the shadow map. Before the pass that [`render`](Self::render) draws into.
+    pub fn render_before(&self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(shadow) = &self.shadow {
+            shadow.render(encoder, &self.models);
+        }
     }
 
     /// Draws what was prepared. The pass must have the formats and samples of the renderer's target.
     pub fn render(&self, pass: &mut wgpu::RenderPass<'_>) {
-        let Some(bindings) = &self.bindings else { return };
-        pass.set_bind_group(1, bindings, &[]);
-        if let Some(effects) = &self.effects {
-            pass.set_bind_group(2, effects.bindings(), &[]);
-        }
-        for draw in &self.list.wood {
-            let model = &self.models[draw.model];
-            let Some((wood, pipeline)) = model.wood.as_ref().zip(self.wood.get(&of_wood(draw.variant))) else {
-                continue;
-            };
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &model.bindings, &[]);
-            pass.set_vertex_buffer(0, wood.vertices.slice(..));
-            pass.set_index_buffer(wood.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..draw.corners, 0, draw.instances.clone());
-        }
-        for batch in &self.list.batches {
-            let fading = Variant { alpha: true, ..batch.variant };
-            for (variant, runs) in [(batch.variant, &batch.whole), (fading, &batch.fading)] {
-                let Some(pipeline) = self.leaves.get(&variant).filter(|_| !runs.is_empty()) else { continue };
-                pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, &self.models[batch.model].bindings, &[]);
-                pass.set_vertex_buffer(0, self.runs.slice(..));
-                pass.draw(0..RUN_INDICES, runs.clone());
+        if let Some(landscape) = &self.landscape {
+            if let Some(effects) = self.picture.effects.as_ref().filter(|_| self.shadow.is_some()) {
+                pass.set_bind_group(2, effects.map_bindings(), &[]);
             }
+            landscape.render(pass);
         }
-    }
-
-    /// Compiles what the frame needs and is not there yet.
-    fn compile(&mut self, device: &wgpu::Device) {
-        let Self { layouts, target, look, list, leaves, wood, .. } = self;
-        for batch in &list.batches {
-            let variants = [(batch.variant, &batch.whole), (Variant { alpha: true, ..batch.variant }, &batch.fading)];
-            for (variant, _) in variants.into_iter().filter(|(_, runs)| !runs.is_empty()) {
-                let pipeline = || leaf_pass::pipeline(device, layouts, *target, look, variant);
-                leaves.entry(variant).or_insert_with(pipeline);
-            }
-        }
-        for variant in list.wood.iter().map(|draw| of_wood(draw.variant)) {
-            wood.entry(variant).or_insert_with(|| wood_pass::pipeline(device, layouts, *target, look, variant));
-        }
-    }
-
-    fn check_room(&mut self, device: &wgpu::Device) -> Result<()> {
-        let limits = device.limits();
-        let uses = [
-            ("bytes of instances", size_of_val(&self.list.records[..]), limits.max_storage_buffer_binding_size),
-            ("bytes of runs of leaves", size_of_val(&self.list.runs[..]), limits.max_buffer_size),
-        ];
-        for (what, value, limit) in uses {
-            if value as u64 > limit.min(limits.max_buffer_size) {
-                self.list.clear();
-                let fix = "draw fewer plants or fewer leaves".into();
-                return Err(Error::TooLarge { what: what.into(), value: value as u64, limit, fix });
-            }
-        }
-        Ok(())
+        self.picture.render(pass, &self.models);
     }
 }
 
@@ -352,9 +321,4 @@ fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
         mipmap_filter: wgpu::MipmapFilterMode::Linear,
         ..Default::default()
     })
-}
-
-/// Wood is neither toned nor faded.
-fn of_wood(variant: Variant) -> Variant {
-    Variant { wind: variant.wind, ..Variant::default() }
 }

@@ -63,6 +63,15 @@ impl ModelFacts {
     }
 }
 
+impl ModelFacts {
+    /// Middle and radius of everything that is drawn of a plant, in the world.
+    pub(super) fn placed(&self, plant: &Instance) -> (DVec3, f64) {
+        let to_world = plant.world_from_plant;
+        let scale = (0..3).map(|i| to_world.matrix3.col(i).length()).fold(0.0, f64::max);
+        (to_world.transform_point3(self.center), f64::from(self.reach) * scale * f64::from(plant.leaf_scale.max(1.0)))
+    }
+}
+
 /// Farthest that a corner of the unscaled leaf lies from its pivot.
 fn extent(model: &FoliageModel, leaf: &Leaf) -> f32 {
     let pivot = Vec3::from(leaf.pivot);
@@ -121,6 +130,8 @@ pub(super) struct FrameList {
     /// Parallel to `records`; empty where the effect is off.
     pub(super) tones: Vec<Tone>,
     pub(super) sways: Vec<Sway>,
+    /// From local space to the light's clip space.
+    pub(super) lights: Vec<[[f32; 4]; 4]>,
     /// Phases of the wind.
     pub(super) phases: [f32; 4],
     order: Vec<Place>,
@@ -130,24 +141,17 @@ pub(super) struct FrameList {
 
 impl FrameList {
     /// Lists records, runs and batches, model by model.
-    pub(super) fn fill(
-        &mut self,
-        look: &Look,
-        models: &[ModelFacts],
-        frame: &Frame,
-        instances: &[Instance],
-    ) -> Prepared {
+    pub(super) fn fill(&mut self, look: &Look, models: &[ModelFacts], eye: &Eye, instances: &[Instance]) -> Prepared {
         self.clear();
-        let eye = Eye::new(frame);
-        let moment = look.effects.wind.map(|wind| wind.at(frame.seconds));
+        let moment = look.effects.wind.map(|wind| wind.at(eye.seconds));
         self.phases = moment.map_or([0.0; 4], |moment| moment.phases());
         let mut prepared = Prepared { effects: Counts::of(&look.effects), ..Prepared::default() };
-        self.sort(look, models, &eye, instances);
+        self.sort(look, models, eye, instances);
         let mut at = 0;
         while let Some(&Place { model, variant, .. }) = self.order.get(at) {
             let is_alike = |next: &&Place| (next.model, next.variant) == (model, variant);
             let end = at + self.order[at..].iter().take_while(is_alike).count();
-            self.batch(look, models, &eye, moment.as_ref(), instances, at..end, &mut prepared);
+            self.batch(look, models, eye, moment.as_ref(), instances, at..end, &mut prepared);
             at = end;
         }
         prepared.instances = self.records.len() as u32;
@@ -163,6 +167,7 @@ impl FrameList {
         self.wood.clear();
         self.tones.clear();
         self.sways.clear();
+        self.lights.clear();
     }
 
     /// Puts plants that need the same shaders beside each other.
@@ -219,6 +224,10 @@ impl FrameList {
             }
             if let Some(moment) = moment {
                 self.sways.push(moment.sway(&model.shape, &instance.world_from_plant));
+            }
+            if let Some(light_from_world) = eye.light_from_world {
+                let world_from_local = instance.world_from_plant * DAffine3::from_translation(model.center);
+                self.lights.push((light_from_world * world_from_local).as_mat4().to_cols_array_2d());
             }
             self.records.push(record);
             if place.corners > 0 {
@@ -281,31 +290,46 @@ fn tone(model: &ModelFacts, instance: &Instance, strength: f32) -> Tone {
     Tone { mean: model.mean, kept: 1.0 + strength * (kept - 1.0) }
 }
 
-/// The camera of a frame.
-struct Eye {
+/// Who looks at a list: the camera of a frame, or the sun.
+pub(super) struct Eye {
     at: DVec3,
     clip_from_world: DMat4,
-    /// Pixels that a length of 1 takes at a distance of 1.
+    /// Pixels that a length of 1 takes: at a distance of 1, or at any for the sun.
     pixels: f64,
+    is_sun: bool,
     near: f64,
+    seconds: f64,
+    /// To the clip space of the sun, where shadows are looked up.
+    pub(super) light_from_world: Option<DMat4>,
 }
 
 impl Eye {
-    fn new(frame: &Frame) -> Self {
+    pub(super) fn new(frame: &Frame) -> Self {
         let Camera { eye, near, .. } = frame.camera;
         let clip_from_camera = frame.camera.clip_from_camera();
         Self {
             at: eye,
             clip_from_world: frame.camera.clip_from_world(),
             pixels: 0.5 * f64::from(frame.height_px) * clip_from_camera.y_axis.y,
+            is_sun: false,
             near,
+            seconds: frame.seconds,
+            light_from_world: None,
         }
+    }
+
+    /// The sun's view of a frame, `pixels` of its map to a unit of length.
+    pub(super) fn of_sun(frame: &Frame, clip_from_world: DMat4, pixels: f64) -> Self {
+        Self { clip_from_world, pixels, is_sun: true, ..Self::new(frame) }
     }
 
     /// Pixels that a length of 1, in plant units, takes where the plant is nearest to the eye.
     fn pixels_per_unit(&self, model: &ModelFacts, instance: &Instance) -> f64 {
         let to_world = instance.world_from_plant;
         let scale = (0..3).map(|i| to_world.matrix3.col(i).length()).fold(0.0, f64::max);
+        if self.is_sun {
+            return scale * self.pixels;
+        }
         let middle = self.clip_from_world * to_world.transform_point3(model.center).extend(1.0);
         let nearest = (middle.w - f64::from(model.reach) * scale).max(self.near);
         scale * self.pixels / nearest

@@ -6,7 +6,7 @@
 
 use super::{
     look::{self, Look, Variant, bound},
-    surface::{PassDescription, RUN_INDICES, TargetFormat},
+    surface::{PassDescription, RUN_INDICES, Target},
 };
 
 /// One instance of the draw: which plant, and which of its runs.
@@ -17,10 +17,15 @@ pub fn wgsl(look: &Look, variant: Variant) -> String {
     look::wgsl(include_str!("../../shaders/leaf_pass.wgsl"), look, variant)
 }
 
+/// As [`wgsl`], into the shadow map.
+pub fn shadow_wgsl(look: &Look, variant: Variant) -> String {
+    wgsl(look, variant) + include_str!("../../shaders/shadow_pass.wgsl")
+}
+
 pub(super) fn pipeline(
     device: &wgpu::Device,
     layouts: &[wgpu::BindGroupLayout],
-    target: TargetFormat,
+    target: Target,
     look: &Look,
     variant: Variant,
 ) -> wgpu::RenderPipeline {
@@ -31,9 +36,12 @@ pub(super) fn pipeline(
     };
     PassDescription {
         name: "leaf_pass",
-        wgsl: wgsl(look, variant),
-        entry_points: ["leaf_corner", "leaf_color"],
-        layouts: bound(layouts, variant),
+        wgsl: match target {
+            Target::Picture(_) => wgsl(look, variant),
+            Target::Shadow => shadow_wgsl(look, variant),
+        },
+        entry_points: ["leaf_corner", if target == Target::Shadow { "cast_shadow" } else { "leaf_color" }],
+        layouts: bound(layouts, look, variant),
         vertex_buffers: &[Some(runs)],
         surface: Some(look.coloring),
     }

@@ -27,9 +27,9 @@ const THROUGH_TINT: Vec3 = Vec3::new(1.0, 1.05, 0.55);
 /// How much a leaf's normal leans outwards from the crown: softens the noise of thousands of cards.
 const LEAN: f32 = 0.45;
 /// The backdrop's colours, linear, and at which part of its height the horizon lies.
-const HORIZON: Vec3 = Vec3::new(0.80, 0.86, 0.90);
-const ZENITH: Vec3 = Vec3::new(0.36, 0.55, 0.80);
-const FLOOR: Vec3 = Vec3::new(0.62, 0.62, 0.56);
+pub(super) const HORIZON: Vec3 = Vec3::new(0.80, 0.86, 0.90);
+pub(super) const ZENITH: Vec3 = Vec3::new(0.36, 0.55, 0.80);
+pub(super) const FLOOR: Vec3 = Vec3::new(0.62, 0.62, 0.56);
 const HORIZON_HEIGHT: f32 = 0.22;
 
 /// Sun and sky of a scene, and how leaves take their light.
@@ -60,7 +60,16 @@ impl Lighting {
     /// The same sun and sky with the effects on light that are on.
     pub fn with_effects(self, effects: &Effects) -> Self {
         let crown_blend = effects.crown_normals.map(|normals| normals.blend);
-        Self { crown_blend, translucency: effects.translucency, ..self }
+        let shaded = Self { crown_blend, translucency: effects.translucency, ..self };
+        let Some(sky) = effects.sky else { return shaded };
+        let daylight = sky.under(self.towards_sun);
+        let sun = self.sun * daylight.sun;
+        let skylight = daylight.skylight() * luminance(self.sky);
+        // The ground sends back what it gets.
+        let height = |lighting: &Self| lighting.towards_sun.normalize_or_zero().y.max(0.0);
+        let usual = luminance(SUN * height(&Self::default()) + SKY);
+        let ground = self.ground * (luminance(sun * height(&self) + skylight) / usual);
+        Self { sun, sky: skylight, ground, ..shaded }
     }
 }
 
@@ -155,6 +164,10 @@ impl Light {
     fn sky(&self, normal: Vec3) -> Vec3 {
         self.lighting.ground.lerp(self.lighting.sky, normal.dot(self.upwards) * 0.5 + 0.5)
     }
+}
+
+fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
 /// The backdrop, linear, at a height of 0 (bottom of the picture) to 1 (top).

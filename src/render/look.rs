@@ -5,6 +5,7 @@
 //! takes the [`Variant`] with what its plants need in this frame and no more.
 
 use super::{
+    landscape_pass::{Ground, Landscape},
     light::{self, Lighting},
     shader::{ShaderSource, wrap_number},
     surface::{Coloring, NO_SCALES, RUN_INDICES},
@@ -23,18 +24,21 @@ pub struct Look {
     pub effects: Effects,
     /// Sun and sky.
     pub lighting: Lighting,
+    /// The ground that plants stand on, if it is drawn.
+    pub ground: Option<Ground>,
     /// Thickness in pixels below which a stem is not drawn; 0 draws all wood.
     pub thinnest_px: f32,
 }
 
 impl Default for Look {
-    /// Plain plants; stems are drawn down to a quarter of a pixel.
+    /// Plain plants; stems are drawn down to half a pixel.
     fn default() -> Self {
         Self {
             coloring: Coloring::default(),
             effects: Effects::default(),
             lighting: Lighting::default(),
-            thinnest_px: 0.25,
+            ground: None,
+            thinnest_px: 0.5,
         }
     }
 }
@@ -45,9 +49,16 @@ impl Look {
         self.effects.fade.is_some_and(|fade| fade.by == FadeBy::Alpha)
     }
 
-    /// The constants of the lit surface.
-    pub(super) fn lighting(&self) -> Lighting {
+    /// Sun and sky with the effects on them.
+    pub fn lighting(&self) -> Lighting {
         self.lighting.with_effects(&self.effects)
+    }
+
+    /// What lies behind the plants, where it is more than a plain backdrop.
+    pub fn landscape(&self) -> Option<Landscape> {
+        let daylight = self.effects.sky.map(|sky| sky.under(self.lighting.towards_sun));
+        let lighting = self.lighting();
+        (daylight.is_some() || self.ground.is_some()).then_some(Landscape { daylight, ground: self.ground, lighting })
     }
 }
 
@@ -69,20 +80,35 @@ impl Variant {
     }
 
     /// Its shader reads buffers of effects.
-    pub(super) fn has_bindings(self) -> bool {
+    fn has_bindings(self) -> bool {
         self.wind || self.contrast
     }
 }
 
 /// Of a renderer's bind group layouts those that a variant binds.
-pub(super) fn bound(layouts: &[wgpu::BindGroupLayout], variant: Variant) -> &[wgpu::BindGroupLayout] {
-    if variant.has_bindings() { layouts } else { &layouts[..2] }
+pub(super) fn bound<'a>(
+    layouts: &'a [wgpu::BindGroupLayout],
+    look: &Look,
+    variant: Variant,
+) -> Vec<Option<&'a wgpu::BindGroupLayout>> {
+    let count = if variant.has_bindings() || look.effects.shadow.is_some() { layouts.len() } else { 2 };
+    layouts[..count].iter().map(Some).collect()
+}
+
+/// What `shadow.wgsl` is told.
+pub(super) fn shadow_constants(source: ShaderSource, look: &Look) -> ShaderSource {
+    let Some(shadow) = look.effects.shadow else { return source };
+    let texel = 1.0 / shadow.resolution as f32;
+    // So many pixels of the map along the light, of its depth.
+    let bias = (1.5 + 1.5 * shadow.softness) * texel * 2.0 / 4.0;
+    source.constant_f32("SHADOW_STEP", shadow.softness * texel).constant_f32("SHADOW_BIAS", bias)
 }
 
 /// The shader `body` of a pass that draws plants, with everything that it shares with others in front.
 pub(super) fn wgsl(body: &str, look: &Look, variant: Variant) -> String {
     let part = |is_on: bool, on: &'static str, off: &'static str| if is_on { on } else { off };
-    light::constants(ShaderSource::new(), &look.lighting())
+    let has_shadow = look.effects.shadow.is_some();
+    shadow_constants(light::constants(ShaderSource::new(), &look.lighting()), look)
         .constant_u32("WRAP_MIRROR", wrap_number(Wrap::Mirror))
         .constant_u32("WRAP_CLAMP", wrap_number(Wrap::Clamp))
         .constant_u32("NO_SCALES", NO_SCALES)
@@ -100,9 +126,12 @@ pub(super) fn wgsl(body: &str, look: &Look, variant: Variant) -> String {
         .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
         .with_part(part(variant.contrast, include_str!("../../shaders/contrast.wgsl"), NO_CONTRAST))
         .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))
+        .with_part(part(has_shadow, include_str!("../../shaders/shadow.wgsl"), ""))
+        .with_part(part(has_shadow, include_str!("../../shaders/shadowed.wgsl"), NO_SHADOW))
         .with_body(body)
 }
 
+const NO_SHADOW: &str = "fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 { return 1.0; }\n";
 const NO_FADE: &str = "fn fade_share(leaf: u32, instance: Instance) -> f32 { return 1.0; }\n";
 const NO_CONTRAST: &str = "fn toned(color: vec3<f32>, instance: u32) -> vec3<f32> { return color; }\n";
 const NO_WIND: &str = "\

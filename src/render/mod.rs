@@ -6,6 +6,7 @@
 
 pub mod camera;
 pub mod image;
+pub mod landscape_pass;
 pub mod light;
 mod mips;
 pub mod software;
@@ -25,6 +26,8 @@ pub mod fragment_pass;
 #[cfg(feature = "render")]
 pub mod frame_list;
 #[cfg(feature = "render")]
+mod layer;
+#[cfg(feature = "render")]
 pub mod leaf_pass;
 #[cfg(feature = "render")]
 pub mod look;
@@ -34,6 +37,8 @@ pub mod model_buffers;
 pub mod offscreen;
 #[cfg(feature = "render")]
 pub mod shader;
+#[cfg(feature = "render")]
+mod shadow_pass;
 #[cfg(feature = "render")]
 mod stems;
 #[cfg(feature = "render")]

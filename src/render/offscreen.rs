@@ -107,6 +107,7 @@ impl Offscreen {
     }
 
     fn encode(&self, encoder: &mut wgpu::CommandEncoder, foliage: &FoliageRenderer) {
+        foliage.render_before(encoder);
         let resolved = self.resolved.create_view(&Default::default());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("offscreen"),

@@ -152,7 +152,8 @@ mod tests {
         let model = tubes(&[(0.2, 1.0), (0.0, 0.0), (0.3, 2.0)]);
         let mut sorted: Vec<u32> = Stems::new(&model).corners.iter().map(|&(corner, _)| corner).collect();
         let mut all = model.wood.indices.clone();
-        (sorted.sort_unstable(), all.sort_unstable());
+        sorted.sort_unstable();
+        all.sort_unstable();
         assert_eq!(sorted, all);
         assert_eq!(Stems::new(&FoliageModel::default()).levels.at_least(0.0), 0);
     }

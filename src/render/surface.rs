@@ -1,5 +1,6 @@
 //! What the passes that draw plants share: the target, the bindings, and how a pass becomes a pipeline.
 
+use super::effect_buffers::ShadowMap;
 use crate::effects::Effects;
 
 /// What the passes draw into.
@@ -11,6 +12,15 @@ pub struct TargetFormat {
     pub depth: wgpu::TextureFormat,
     /// Samples in a pixel, at most 16. With more than one, alpha chooses how many of them a leaf covers (alpha to coverage).
     pub samples: u32,
+}
+
+/// What a pass draws into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Target {
+    /// A picture.
+    Picture(TargetFormat),
+    /// The shadow map: depth alone, less is nearer to the sun.
+    Shadow,
 }
 
 /// What leaves look like.
@@ -83,7 +93,7 @@ pub const NO_SCALES: u32 = u32::MAX;
 pub const RUN_INDICES: u32 = 384;
 
 /// Bindings of a model (group 0), of a frame (group 1) and of the effects that have buffers (group 2): contrast at 0, wind
-/// at 1 and 2.
+/// at 1 and 2, shadow from 3.
 pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::BindGroupLayout> {
     let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
     let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
@@ -112,6 +122,10 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
         of_effects.extend([(SWAYS, vertex, storage), (PHASES, vertex, uniform)]);
     }
     let mut layouts = vec![layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)];
+    if effects.shadow.is_some() {
+        of_effects.push((LIGHTS, fragment, storage));
+        of_effects.extend(MAP_BINDINGS);
+    }
     if !of_effects.is_empty() {
         layouts.push(layout(device, "foliage effects", &of_effects));
     }
@@ -122,12 +136,33 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
 pub(super) const TONES: u32 = 0;
 pub(super) const SWAYS: u32 = 1;
 pub(super) const PHASES: u32 = 2;
+pub(super) const LIGHTS: u32 = 3;
+pub(super) const SHADOW_MAP: u32 = 4;
+pub(super) const SHADOW_SAMPLER: u32 = 5;
 
-fn buffer_binding(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+const MAP_BINDINGS: [(u32, wgpu::ShaderStages, wgpu::BindingType); 2] = [
+    (
+        SHADOW_MAP,
+        wgpu::ShaderStages::FRAGMENT,
+        wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Depth,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+    ),
+    (SHADOW_SAMPLER, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
+];
+
+/// Bindings of the shadow map alone.
+pub(super) fn map_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    layout(device, "shadow map", &MAP_BINDINGS)
+}
+
+pub(super) fn buffer_binding(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
-fn layout(
+pub(super) fn layout(
     device: &wgpu::Device,
     label: &str,
     bindings: &[(u32, wgpu::ShaderStages, wgpu::BindingType)],
@@ -141,37 +176,49 @@ fn layout(
 pub(super) struct PassDescription<'a> {
     pub(super) name: &'a str,
     pub(super) wgsl: String,
+    /// Of the vertex and of the fragment shader.
     pub(super) entry_points: [&'a str; 2],
-    pub(super) layouts: &'a [wgpu::BindGroupLayout],
+    pub(super) layouts: Vec<Option<&'a wgpu::BindGroupLayout>>,
     pub(super) vertex_buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
     /// Depth is tested and written, alpha covers samples, and leaves look like this; `None` for what lies behind.
     pub(super) surface: Option<Coloring>,
 }
 
 impl PassDescription<'_> {
-    pub(super) fn pipeline(self, device: &wgpu::Device, target: TargetFormat) -> wgpu::RenderPipeline {
+    pub(super) fn pipeline(self, device: &wgpu::Device, target: impl Into<Target>) -> wgpu::RenderPipeline {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(self.name),
             source: wgpu::ShaderSource::Wgsl(self.wgsl.into()),
         });
-        let layouts: Vec<_> = self.layouts.iter().map(Some).collect();
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(self.name),
-            bind_group_layouts: &layouts,
+            bind_group_layouts: &self.layouts,
             immediate_size: 0,
         });
-        let encodes = ("ENCODE_SRGB", f64::from(u8::from(!target.color.is_srgb())));
+        let (color, depth, samples) = match target.into() {
+            Target::Picture(TargetFormat { color, depth, samples }) => (Some(color), depth, samples),
+            Target::Shadow => (None, ShadowMap::FORMAT, 1),
+        };
+        let is_encoded = color.is_some_and(|color| !color.is_srgb());
         let is_surface = self.surface.is_some();
         let coloring = self.surface.unwrap_or_default();
-        let samples = ("SAMPLES", f64::from(target.samples));
-        let constants = [encodes, samples, ("COLORING", f64::from(coloring.number()))];
+        let constants = [
+            ("ENCODE_SRGB", f64::from(u8::from(is_encoded))),
+            ("SAMPLES", f64::from(samples)),
+            ("COLORING", f64::from(coloring.number())),
+        ];
         let compilation_options = wgpu::PipelineCompilationOptions {
             constants: if is_surface { &constants } else { &constants[..1] },
             ..Default::default()
         };
         // Coverage goes to samples, not to the target's alpha.
         let write_mask = if is_surface { wgpu::ColorWrites::COLOR } else { wgpu::ColorWrites::ALL };
-        let compare = if is_surface { wgpu::CompareFunction::Greater } else { wgpu::CompareFunction::Always };
+        let compare = match (is_surface, color) {
+            (false, _) => wgpu::CompareFunction::Always,
+            (true, Some(_)) => wgpu::CompareFunction::Greater,
+            (true, None) => wgpu::CompareFunction::Less,
+        };
+        let color_target = color.map(|format| wgpu::ColorTargetState { format, blend: None, write_mask });
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(self.name),
             layout: Some(&layout),
@@ -183,21 +230,27 @@ impl PassDescription<'_> {
             },
             primitive: wgpu::PrimitiveState { polygon_mode: coloring.polygon_mode(device), ..Default::default() },
             depth_stencil: Some(wgpu::DepthStencilState {
-                format: target.depth,
+                format: depth,
                 depth_write_enabled: Some(is_surface),
                 depth_compare: Some(compare),
                 stencil: Default::default(),
                 bias: Default::default(),
             }),
-            multisample: wgpu::MultisampleState { count: target.samples, ..Default::default() },
+            multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
             fragment: Some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some(self.entry_points[1]),
                 compilation_options,
-                targets: &[Some(wgpu::ColorTargetState { format: target.color, blend: None, write_mask })],
+                targets: if color_target.is_some() { std::slice::from_ref(&color_target) } else { &[] },
             }),
             multiview_mask: None,
             cache: None,
         })
+    }
+}
+
+impl From<TargetFormat> for Target {
+    fn from(format: TargetFormat) -> Self {
+        Self::Picture(format)
     }
 }

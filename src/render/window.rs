@@ -229,6 +229,7 @@ impl<S: Stage> Shown<S> {
         self.stage.prepare(&self.gpu, size)?;
         let view = texture.texture.create_view(&Default::default());
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        self.stage.foliage().render_before(&mut encoder);
         {
             let mut pass = plant_pass(&mut encoder, &self.attachments, &view);
             self.backdrop.render(&mut pass);

@@ -3,7 +3,7 @@
 use super::{
     look::{self, Look, Variant, bound},
     model_buffers::WoodVertex,
-    surface::{Coloring, PassDescription, TargetFormat},
+    surface::{Coloring, PassDescription, Target},
 };
 
 /// The pass's shader, put together for a look and a variant.
@@ -11,10 +11,15 @@ pub fn wgsl(look: &Look, variant: Variant) -> String {
     look::wgsl(include_str!("../../shaders/wood_pass.wgsl"), look, variant)
 }
 
+/// As [`wgsl`], into the shadow map.
+pub fn shadow_wgsl(look: &Look, variant: Variant) -> String {
+    wgsl(look, variant) + include_str!("../../shaders/shadow_pass.wgsl")
+}
+
 pub(super) fn pipeline(
     device: &wgpu::Device,
     layouts: &[wgpu::BindGroupLayout],
-    target: TargetFormat,
+    target: Target,
     look: &Look,
     variant: Variant,
 ) -> wgpu::RenderPipeline {
@@ -25,9 +30,12 @@ pub(super) fn pipeline(
     };
     PassDescription {
         name: "wood_pass",
-        wgsl: wgsl(look, variant),
-        entry_points: ["wood_corner", "wood_color"],
-        layouts: bound(layouts, variant),
+        wgsl: match target {
+            Target::Picture(_) => wgsl(look, variant),
+            Target::Shadow => shadow_wgsl(look, variant),
+        },
+        entry_points: ["wood_corner", if target == Target::Shadow { "cast_shadow" } else { "wood_color" }],
+        layouts: bound(layouts, look, variant),
         vertex_buffers: &[Some(vertices)],
         surface: Some(Coloring::Picture),
     }

@@ -16,6 +16,7 @@ pub mod paper;
 #[cfg(feature = "peers")]
 pub mod peers;
 mod plot;
+pub mod scene_costs;
 pub mod study;
 pub mod target;
 

@@ -5,9 +5,10 @@
 use super::{
     offline::{LEVEL, OfflineRow},
     plot::{Line, Plot},
+    scene_costs::Cost,
     study::{Row, Shown},
 };
-use crate::{Result, render::image::Image};
+use crate::{Result, effects::Count, render::image::Image};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use std::fmt::Write;
 
@@ -29,6 +30,16 @@ pub struct PlantReport {
     pub shown: Vec<Shown>,
 }
 
+/// All that a page tells of one scene.
+pub struct SceneReport {
+    /// Its name.
+    pub name: String,
+    /// Plants that stand in it.
+    pub plants: usize,
+    /// What each case costs.
+    pub costs: Vec<Cost>,
+}
+
 const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:1500px;padding:0 1rem;color:#222}
 h1{margin-bottom:0}h2{margin-top:3rem;border-bottom:1px solid #ccc}table{border-collapse:collapse;font-variant-numeric:tabular-nums}
 th,td{padding:.15rem .6rem;text-align:right;white-space:nowrap}th:first-child,td:first-child{text-align:left}
@@ -48,7 +59,7 @@ const order=(a,b)=>{const[x,y]=[parseFloat(a),parseFloat(b)];return isNaN(x)||is
 ///
 /// # Errors
 /// Those of the plots and of encoding pictures.
-pub fn html(reports: &[PlantReport], adapter: Option<&str>) -> Result<String> {
+pub fn html(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>) -> Result<String> {
     let mut page = format!(
         "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>foliage-lod report</title>\
          <style>{STYLE}</style></head><body><h1>What accuracy costs</h1><p class=\"note\">Every method at every share of the \
@@ -59,6 +70,9 @@ pub fn html(reports: &[PlantReport], adapter: Option<&str>) -> Result<String> {
     );
     for report in reports {
         section(&mut page, report)?;
+    }
+    for scene in scenes {
+        scene_section(&mut page, scene)?;
     }
     let _ = write!(page, "<script>{SCRIPT}</script></body></html>");
     Ok(page)
@@ -78,6 +92,56 @@ fn section(page: &mut String, report: &PlantReport) -> Result<()> {
     run_time_table(page, &report.rows, &rows, &front);
     pop_table(page, &report.pops);
     offline(page, &report.offline)
+}
+
+fn scene_section(page: &mut String, scene: &SceneReport) -> Result<()> {
+    let _ =
+        write!(page, "<h2>{}: {} plants</h2><table class=\"sorts\"><thead><tr>", escaped(&scene.name), scene.plants);
+    let heads = [
+        "drawn",
+        "frame ms",
+        "over the first",
+        "plants",
+        "leaves",
+        "wood triangles",
+        "effects MB",
+        "simulated",
+        "skipped",
+    ];
+    heads.iter().for_each(|head| {
+        let _ = write!(page, "<th>{head}</th>");
+    });
+    page.push_str("</tr></thead><tbody>");
+    for cost in &scene.costs {
+        let counts = |of: &dyn Fn(Count) -> u64| {
+            let told: Vec<String> = cost.effects.named().map(|(name, count)| format!("{name} {}", of(count))).collect();
+            told.join(", ")
+        };
+        let _ = write!(
+            page,
+            "<tr><td>{}</td>{}{}<td>{}</td><td>{}</td><td>{}</td>{}<td>{}</td><td>{}</td></tr>",
+            escaped(&cost.name),
+            cell(1e3 * cost.frame_seconds, 1, ""),
+            cell(cost.ratio, 3, ""),
+            cost.plants,
+            cost.leaves,
+            cost.wood_triangles,
+            cell(cost.effect_bytes as f64 / 1e6, 2, ""),
+            counts(&|count| count.simulated),
+            counts(&|count| count.skipped),
+        );
+    }
+    page.push_str(
+        "</tbody></table><p class=\"note\">Frames of all rows were drawn in turns along the scene's camera path; the median \
+         counts. What was simulated and skipped is told for the first frame, in leaves for fade and in plants for the \
+         others.</p><div class=\"plots\">",
+    );
+    for cost in &scene.costs {
+        let _ =
+            write!(page, "<figure>{}<figcaption>{}</figcaption></figure>", embedded(&cost.image)?, escaped(&cost.name));
+    }
+    page.push_str("</div>");
+    Ok(())
 }
 
 /// Which rows have no other that is at least as fast (by leaves where frames were not timed) and closer.
@@ -359,7 +423,7 @@ mod tests {
             full: image,
             shown,
         }];
-        let page = html(&reports, Some("<a>")).unwrap();
+        let page = html(&reports, &[], Some("<a>")).unwrap();
         assert!(["<p>:", "<m>", "<a>"].iter().all(|name| !page.contains(name)), "{page}");
         let csv = csv(&reports);
         assert!(csv.lines().nth(1).unwrap().starts_with("\"a, \"\"b\"\"\",<m>,0.5,10,64,2,0.5,,0,0,1,"), "{csv}");

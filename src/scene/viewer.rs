@@ -15,6 +15,13 @@ pub struct Viewer {
     pub height_px: f32,
 }
 
+impl Viewer {
+    /// The same eye without the sides of its picture: everything is in view, at the level of detail that it has for this eye.
+    pub fn all_around(self) -> Self {
+        Self { clip_from_world: DMat4::ZERO, ..self }
+    }
+}
+
 /// The four sides of the picture and the plane of the eye, each as (unit normal inwards, distance from the origin).
 ///
 /// Near and far planes are left out: depth conventions differ, and the near one hides next to nothing.

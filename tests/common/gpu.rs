@@ -13,3 +13,14 @@ pub fn gpu() -> Option<GpuDevice> {
         }
     }
 }
+
+/// Mean difference of all channels, and the one that 95 % of the pixels stay below.
+#[allow(dead_code)]
+pub fn difference(a: &foliage_lod::render::image::Image, b: &foliage_lod::render::image::Image) -> (f64, u8) {
+    let pixels = a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
+    let mut differences: Vec<u8> =
+        pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap()).collect();
+    let sum: u64 = a.rgba.iter().zip(&b.rgba).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    differences.sort_unstable();
+    (sum as f64 / a.rgba.len() as f64, differences[differences.len() * 95 / 100])
+}

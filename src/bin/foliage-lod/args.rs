@@ -1,15 +1,15 @@
 //! The command line.
 
 use crate::failure::Failure;
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand};
 use foliage_lod::{
-    effects::{FadeBy, fade::Rule},
     import::{Group, ImportOptions},
     render::image::MAX_IMAGE_SIDE,
     simplify::{Compensate, SimplifyOptions, options::Criterion},
-    stochastic::AreaRule,
 };
 use std::path::PathBuf;
+
+pub use crate::names::*;
 
 /// Continuous level of detail for trees, leaf by leaf.
 ///
@@ -27,7 +27,7 @@ pub struct Args {
 pub enum Command {
     /// Turn a tree file into a continuous model.
     Simplify(Simplify),
-    /// Tell what is in a model, or what would be a leaf in a tree file, and why.
+    /// Tell what is in a model or scene, or what would be a leaf in a tree file, and why.
     Inspect(Inspect),
     /// Grow a tree and write it as GLB.
     Grow(Grow),
@@ -35,7 +35,7 @@ pub enum Command {
     Render(Render),
     /// Measure frame and extraction times as tables, plots and pictures.
     Report(Report),
-    /// Look at a model in a window.
+    /// Look at a model or a scene in a window.
     #[cfg(feature = "viewer")]
     View(View),
 }
@@ -44,14 +44,15 @@ pub enum Command {
 #[cfg(feature = "viewer")]
 #[derive(Parser)]
 pub struct View {
-    /// The model: .vds.
+    /// The model (.vds), or a scene (.toml).
     pub model: PathBuf,
 }
 
 /// `foliage-lod report`.
 #[derive(Parser)]
 pub struct Report {
-    /// Plants to compare methods on: tree files, or names of embedded species.
+    /// Plants to compare methods on: tree files, or names of embedded species; and scenes (.toml) to tell what their
+    /// level of detail saves and their effects cost.
     #[arg(value_name = "PLANT", required_unless_present = "paper", conflicts_with = "paper")]
     pub plants: Vec<String>,
     /// The published experiments, repeated instead: three species against distance, forests, pictures.
@@ -142,7 +143,7 @@ pub struct Simplify {
 /// `foliage-lod inspect`.
 #[derive(Parser)]
 pub struct Inspect {
-    /// A model (.vds) or a tree (.glb, .gltf, .obj).
+    /// A model (.vds), a tree (.glb, .gltf, .obj) or a scene (.toml).
     pub file: PathBuf,
     #[command(flatten)]
     pub import: Import,
@@ -247,140 +248,6 @@ pub struct Render {
     /// Print one JSON object instead of a line per step.
     #[arg(long)]
     pub json: bool,
-}
-
-/// Names of presets.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum Preset {
-    /// The method as published: vmi, nearest, 256 x 256.
-    Paper,
-    /// Quick: image, image, 128 x 128, cascade.
-    Fast,
-    /// Better than the paper at little more time: image, image, 256 x 256, cascade.
-    Balanced,
-    /// As good as it gets: image, image, 512 x 512.
-    Best,
-}
-
-/// Names of criteria.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum CriterionName {
-    /// Least change of the viewpoint mutual information.
-    Vmi,
-    /// Least visible area.
-    Area,
-    /// Least change of colour and coverage, compared with the full plant.
-    Image,
-}
-
-/// Names of the rules that enlarge.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum CompensateName {
-    /// The nearest remaining leaf takes the share of it that was seen.
-    Nearest,
-    /// Of the nearest ones that which wins back most of the silhouettes.
-    Silhouette,
-    /// Of the nearest ones that which brings the views closest to the full plant's.
-    Image,
-    /// It is lost.
-    None,
-}
-
-/// What is one leaf.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum GroupName {
-    /// Cards that cross at one centre.
-    Crossed,
-    /// Every connected piece.
-    Piece,
-}
-
-/// Where fragments are captured and pictures are drawn.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Raster {
-    /// On a GPU where an adapter answers, else on the CPU.
-    Auto,
-    /// On a GPU or not at all.
-    Gpu,
-    /// On the CPU.
-    Cpu,
-}
-
-/// What is drawn.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Method {
-    /// The active prefix with its enlarged leaves.
-    Vds,
-    /// A random part of the leaves, all enlarged alike (Cook et al.).
-    Stochastic,
-    /// Every leaf.
-    Full,
-}
-
-/// Names of the rules for the leaves of stochastic pictures.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum AreaName {
-    /// The visible area stays what it is (Cook et al., Equation 6).
-    Visible,
-    /// The surface area stays what it is (Cook et al., Equation 3).
-    Surface,
-    /// 1/lambda as a linear factor (Gomez).
-    Linear,
-    /// No leaf grows.
-    None,
-}
-
-/// Names of the published fades.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FadeRule {
-    /// A tenth of the leaves to either side, in a straight line (Cook et al.).
-    Window,
-    /// The last 5 % of those drawn (Gomez).
-    Trailing,
-    /// A tenth of those drawn to either side (Fichtner).
-    Relative,
-    /// As window, without a kink.
-    Smoothstep,
-}
-
-/// What of a fading leaf changes.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FadeByName {
-    /// Its size.
-    Size,
-    /// The share of each pixel that it covers.
-    Alpha,
-}
-
-impl AreaName {
-    /// As the library takes it.
-    pub fn rule(self) -> AreaRule {
-        match self {
-            Self::Visible => AreaRule::Visible,
-            Self::Surface => AreaRule::Surface,
-            Self::Linear => AreaRule::Linear,
-            Self::None => AreaRule::None,
-        }
-    }
-}
-
-impl From<FadeRule> for Rule {
-    fn from(rule: FadeRule) -> Self {
-        match rule {
-            FadeRule::Window | FadeRule::Smoothstep => Self::Window,
-            FadeRule::Trailing => Self::Trailing,
-            FadeRule::Relative => Self::Relative,
-        }
-    }
-}
-
-impl From<FadeByName> for FadeBy {
-    fn from(by: FadeByName) -> Self {
-        match by {
-            FadeByName::Size => Self::Size,
-            FadeByName::Alpha => Self::Alpha,
-        }
-    }
 }
 
 impl Render {

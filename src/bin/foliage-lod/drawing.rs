@@ -14,7 +14,7 @@ use foliage_lod::{
         foliage::{FoliageRenderer, Frame, Instance},
         image::Image,
         offscreen::{Offscreen, TARGET},
-        software::{DrawList, DrawOptions, Drawn, Painter, Placed, Tone, mean_leaf_color},
+        software::{Background, DrawList, DrawOptions, Drawn, Painter, Placed, Tone, mean_leaf_color},
     },
     stochastic::{contrast, lambda},
 };
@@ -70,27 +70,30 @@ fn on_gpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     };
     let instances: Vec<_> = staging.plants.iter().map(instance).collect();
     let frame = Frame::new(&staging.camera, size[1]).at(staging.seconds);
-    let prepared = foliage.prepare(device, queue, frame, &instances)?;
+    let casters: Vec<_> = staging.casters.iter().map(instance).collect();
+    let prepared = foliage.prepare_with_casters(device, queue, frame, &instances, &casters)?;
     let image = target.picture(&foliage)?;
     let (draws, leaves, effects) = (prepared.draws, prepared.leaves, prepared.effects);
     Ok(Drawing { image, draws, leaves, effects, adapter: Some(gpu.adapter_name()) })
 }
 
-/// Everything is simulated here: the CPU draws a picture, not an animation.
+/// Everything but shadows is simulated here: the CPU draws a picture, not an animation.
 fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     check_triangles(staging)?;
     let Staging { models, plants, look, .. } = staging;
     let effects = &look.effects;
-    let lighting = look.lighting.with_effects(effects);
+    let lighting = look.lighting();
     let (materials, textures, first_materials) = merged(models);
     let timelines: Vec<Timeline> = models.iter().map(Timeline::new).collect();
+    let mut counts = Counts::of(effects);
     let key = |plant: &Shown| (plant.model, plant.active.to_bits(), plant.leaf_scale.to_bits());
     let mut lists = HashMap::new();
+    let fade = effects.fade.unwrap_or(Fade { half_width: 0.0, ..Fade::default() });
     for plant in plants {
+        let model = &models[plant.model];
+        let transition = fade.transition(f64::from(plant.active), model.leaves.len() as u32);
+        counts.add_leaves(&transition);
         lists.entry(key(plant)).or_insert_with(|| {
-            let model = &models[plant.model];
-            let fade = effects.fade.unwrap_or(Fade { half_width: 0.0, ..Fade::default() });
-            let transition = fade.transition(f64::from(plant.active), model.leaves.len() as u32);
             let drawn = Drawn { transition, by: fade.by, leaf_scale: plant.leaf_scale };
             let mut list = DrawList::of_drawn(model, &timelines[plant.model], &drawn);
             list.parts.iter_mut().for_each(|part| part.material += first_materials[plant.model]);
@@ -101,7 +104,6 @@ fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     let means: Vec<_> = if effects.contrast.is_some() { means.collect::<Result<_>>()? } else { Vec::new() };
     let shapes: Vec<Shape> = models.iter().map(|model| Shape::new(&model.aabb())).collect();
     let moment = effects.wind.map(|wind| wind.at(staging.seconds));
-    let mut counts = Counts::of(effects);
     let mut placed = Vec::new();
     for plant in plants {
         let lambda = f64::from(plant.active) / models[plant.model].leaves.len() as f64;
@@ -113,8 +115,11 @@ fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
         placed.push(Placed { tone, sway, ..Placed::new(&lists[&key(plant)], plant.world_from_plant) });
         counts.add_plant();
     }
+    // The CPU casts no shadows.
+    counts.shadow.iter_mut().for_each(|count| count.skipped = plants.len() as u64);
     let painter = Painter::new(&materials, &textures)?;
-    let options = DrawOptions { lighting, ..DrawOptions::default() };
+    let background = look.landscape().map_or(Background::Sky, Background::Landscape);
+    let options = DrawOptions { lighting, background, ..DrawOptions::default() };
     let image = painter.draw_placed(&placed, &staging.camera, size, &options)?;
     let of_leaves = |placed: &Placed<'_>| placed.list.parts.iter().filter(|part| part.leaf.is_some()).count() as u64;
     let leaves = placed.iter().map(of_leaves).sum();

@@ -3,11 +3,13 @@
 use crate::{
     args,
     failure::Failure,
-    output::{self, grouped},
+    output::{self, Steps, grouped},
     progress::spinning,
+    scene::{self, Opened},
 };
 use foliage_lod::{
     bounds::{Aabb, Sphere},
+    effects::Counts,
     file,
     import::{self, Imported},
     material::Material,
@@ -21,12 +23,48 @@ const CURVE_PERCENTS: [u32; 9] = [100, 90, 80, 70, 50, 30, 15, 5, 1];
 
 /// Runs the subcommand.
 pub fn run(args: &args::Inspect) -> Result<(), Failure> {
+    if scene::is_scene(&args.file) {
+        return inspect_scene(args);
+    }
     if is_model(&args.file) {
         let model = FoliageModel::read(&args.file)?;
         return if args.json { output::line(model_json(&model)) } else { tell_model(&model) };
     }
     let imported = spinning("reading", || import::inspect(&args.file, &args.import.options()))?;
     if args.json { output::line(plant_json(&imported)) } else { tell_plant(&imported) }
+}
+
+/// What stands in a scene and what it calls for.
+fn inspect_scene(args: &args::Inspect) -> Result<(), Failure> {
+    let opened = Opened::open(&args.file, &mut Steps::new(true))?;
+    let effects: Vec<&str> = Counts::of(&opened.file.effects).named().map(|(name, _)| name).collect();
+    let plants_of = |model: usize| opened.plants_of(model) as u64;
+    let models = || opened.file.models.iter().zip(&opened.models).enumerate();
+    let leaves: u64 = models().map(|(i, (_, model))| plants_of(i) * model.leaves.len() as u64).sum();
+    if args.json {
+        let models: Vec<Value> = models()
+            .map(|(i, (source, model))| {
+                let wood = model.wood.triangles();
+                json!({ "name": source.name, "plants": plants_of(i), "leaves": model.leaves.len(), "wood_triangles": wood })
+            })
+            .collect();
+        let plants = opened.plants();
+        return output::line(
+            json!({ "kind": "scene", "plants": plants, "leaves": leaves, "models": models, "effects": effects }),
+        );
+    }
+    let plants = grouped(opened.plants() as u64);
+    output::line(format_args!("scene: {plants} plants, {} leaves together", grouped(leaves)))?;
+    for (i, (source, model)) in models() {
+        let [leaves, wood] = [model.leaves.len(), model.wood.triangles()].map(|count| grouped(count as u64));
+        let plants = grouped(plants_of(i));
+        output::line(format_args!(
+            "model {}: {plants} plants, {leaves} leaves, {wood} triangles of wood",
+            source.name
+        ))?;
+    }
+    let effects = if effects.is_empty() { "none".into() } else { effects.join(", ") };
+    output::line(format_args!("effects: {effects}"))
 }
 
 /// Told by the first bytes, or by the name where there are too few.

@@ -9,6 +9,7 @@ mod failure;
 mod grow;
 mod inspect;
 mod interrupt;
+mod names;
 mod output;
 mod pictures;
 mod planting;
@@ -18,11 +19,14 @@ mod raster;
 mod render;
 mod report;
 mod scene;
+mod scene_study;
 mod simplify;
 mod staging;
 mod study;
 #[cfg(feature = "viewer")]
 mod view;
+#[cfg(feature = "viewer")]
+mod view_scene;
 
 use args::Command;
 use failure::Failure;

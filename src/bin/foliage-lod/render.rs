@@ -39,10 +39,9 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
         return finish(args, &staging, all, &mut steps);
     }
     let model = FoliageModel::read(&args.model)?;
-    steps.done("read", format!("{}: {} leaves", model.name, grouped(model.leaves.len() as u64)))?;
     let planting = planting(args, &model)?;
     let look = Look { effects: effects(args), ..Look::default() };
-    look.effects.check()?;
+    steps.done("read", format!("{}: {} leaves", model.name, grouped(model.leaves.len() as u64)))?;
     let plants = planting.plants.len();
     if args.method == Method::Stochastic {
         let plant = model.plant();
@@ -82,7 +81,9 @@ fn finish(
     steps.done("draw", result)?;
     for (name, count) in drawing.effects.named() {
         let (simulated, skipped) = (grouped(count.simulated), grouped(count.skipped));
-        steps.done("effect", format!("{name}: simulated for {simulated}, skipped for {skipped}"))?;
+        if !args.json {
+            output::line(format_args!("effect    {name}: simulated for {simulated}, skipped for {skipped}"))?;
+        }
     }
     if args.json {
         let effects: Map<String, Value> = drawing
@@ -155,6 +156,7 @@ fn effects(args: &args::Render) -> Effects {
         crown_normals: args.crown_normals.then(CrownNormals::default),
         wind: args.wind.then(Wind::default),
         translucency: args.translucency.then(Translucency::default),
+        ..Effects::default()
     }
 }
 

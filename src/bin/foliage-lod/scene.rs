@@ -11,10 +11,11 @@ use foliage_lod::{
     bounds::Sphere,
     grow::{GrowOptions, Species, grow},
     model::FoliageModel,
-    render::{camera::Camera, light::Lighting, look::Look},
+    render::{camera::Camera, landscape_pass::Ground, light::Lighting, look::Look},
     scene::{
-        Active, Grove, Kind, Placement, SceneFile,
-        file::{ModelSource, Planted, View},
+        Active, Grove, Kind, Placement, SceneFile, Viewer,
+        camera::View,
+        file::{ModelSource, Planted},
     },
     simplify::{SimplifyOptions, raster::CpuFragments, simplify},
 };
@@ -24,6 +25,9 @@ use std::path::Path;
 /// Distance of the near plane over the smallest plant's radius.
 const NEAR_RADII: f64 = 1e-2;
 
+/// Distance of the haze, over the smallest plant's radius and over that of everything that stands in the scene.
+const HAZE_RADII: [f64; 2] = [40.0, 2.0];
+
 /// A scene with its models.
 pub struct Opened {
     /// What the file says.
@@ -32,7 +36,7 @@ pub struct Opened {
     pub models: Vec<FoliageModel>,
     planted: Vec<Planted>,
     grove: Grove,
-    /// A sphere around everything, and the smallest plant's radius.
+    /// A sphere around everything, and the distance of the near plane.
     around: Sphere,
     near: f64,
     active: Vec<Active>,
@@ -49,9 +53,14 @@ impl Opened {
     /// # Errors
     /// Those of reading, growing and simplifying.
     pub fn open(path: &Path, steps: &mut Steps) -> std::result::Result<Self, crate::failure::Failure> {
-        foliage_lod::file::open(path)?;
         let file = SceneFile::read(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
+        // What cannot be is told before anything is grown.
+        file.scatter.iter().try_for_each(|scatter| scatter.spots().map(drop))?;
+        for model in file.models.iter().filter_map(|source| source.file.as_ref()) {
+            let model = folder.join(model);
+            std::fs::metadata(&model).map_err(|error| Error::io(&model, error))?;
+        }
         let mut models = Vec::new();
         for source in &file.models {
             let model = load(source, folder)?;
@@ -100,11 +109,21 @@ impl Opened {
         self.planted.len()
     }
 
+    /// Plants of one of its models.
+    pub fn plants_of(&self, model: usize) -> usize {
+        self.planted.iter().filter(|plant| plant.model == model).count()
+    }
+
     /// What plants look like.
     pub fn look(&self) -> Look {
         let towards_sun = self.file.sun.direction().as_vec3();
         let lighting = Lighting { towards_sun, ..Lighting::default() };
-        Look { effects: self.file.effects, lighting, ..Look::default() }
+        let ground = self.file.ground.map(|ground| Ground {
+            color: ground.color,
+            height: ground.height,
+            haze: ground.haze.unwrap_or(HAZE_RADII[0] * self.near / NEAR_RADII + HAZE_RADII[1] * self.around.radius),
+        });
+        Look { effects: self.file.effects, lighting, ground, ..Look::default() }
     }
 
     /// The camera at a time, for a picture of this shape.
@@ -118,9 +137,9 @@ impl Opened {
         }
     }
 
-    /// The plants that a camera sees in a picture of `height_px` rows, with all leaves or at their level of detail.
-    pub fn shown(&mut self, camera: &Camera, height_px: u32, full: bool) -> Vec<Shown> {
-        self.grove.select(&camera.viewer(height_px as f32), &mut self.active);
+    /// The plants that a viewer sees, with all leaves or at their level of detail.
+    pub fn shown(&mut self, viewer: &Viewer, full: bool) -> Vec<Shown> {
+        self.grove.select(viewer, &mut self.active);
         let shown = |active: &Active| {
             let Planted { model, world_from_plant } = self.planted[active.instance as usize];
             let leaves = self.models[model].leaves.len() as f32;
@@ -132,8 +151,12 @@ impl Opened {
     /// One frame.
     pub fn staging(&mut self, seconds: f64, size: [u32; 2], full: bool) -> Staging<'_> {
         let camera = self.camera(seconds, f64::from(size[0]) / f64::from(size[1]));
-        let plants = self.shown(&camera, size[1], full);
-        Staging { look: self.look(), models: &self.models, plants, camera, seconds }
+        let plants = self.shown(&camera.viewer(size[1] as f32), full);
+        let casters = match self.file.effects.shadow {
+            Some(_) => self.shown(&camera.viewer(size[1] as f32).all_around(), full),
+            None => Vec::new(),
+        };
+        Staging { look: self.look(), models: &self.models, plants, casters, camera, seconds }
     }
 }
 

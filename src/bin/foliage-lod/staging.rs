@@ -13,6 +13,8 @@ pub struct Staging<'a> {
     pub models: &'a [FoliageModel],
     /// Plants of them.
     pub plants: Vec<Shown>,
+    /// Plants that cast shadows, where there are any.
+    pub casters: Vec<Shown>,
     /// Who looks.
     pub camera: Camera,
     /// What plants look like.
@@ -48,6 +50,6 @@ impl<'a> Staging<'a> {
             Shown { model: 0, world_from_plant: plant.world_from_plant, active, leaf_scale }
         });
         let models = std::slice::from_ref(model);
-        Self { models, plants: plants.collect(), camera: planting.camera, look, seconds }
+        Self { models, plants: plants.collect(), casters: Vec::new(), camera: planting.camera, look, seconds }
     }
 }

@@ -6,6 +6,7 @@ use crate::{
     interrupt,
     output::{self, Steps, grouped},
     progress::{Bars, spinning},
+    scene, scene_study,
 };
 use foliage_lod::{
     Error, Plant, Result,
@@ -16,7 +17,7 @@ use foliage_lod::{
     report::{
         Method, Study, StudyOptions,
         offline::{self, OfflineRow},
-        page::{self, PlantReport},
+        page::{self, PlantReport, SceneReport},
         study::Row,
     },
     simplify::raster::CpuFragments,
@@ -42,17 +43,21 @@ pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
     // Frames are timed where a device answers; the rest needs none.
     let gpu = GpuDevice::new(&GpuOptions::from_env()).ok();
     let mut steps = Steps::new(args.json);
-    let mut reports = Vec::new();
+    let (mut reports, mut scenes) = (Vec::new(), Vec::new());
     for name in &args.plants {
+        if scene::is_scene(Path::new(name)) {
+            scenes.push(scene_study::study(Path::new(name), gpu.as_ref(), &mut steps)?);
+            continue;
+        }
         let plant = load(name, args, &mut steps)?;
         reports.push(study(&plant, args, &options, gpu.as_ref(), &mut steps)?);
     }
     let adapter = gpu.as_ref().map(GpuDevice::adapter_name);
     let adapter = adapter.as_deref();
-    write(&reports, adapter, folder)?;
+    write(&reports, &scenes, adapter, folder)?;
     steps.done("write", format!("report.html, report.csv, report.json in {}", folder.display()))?;
     if args.json {
-        output::line(json(&reports, adapter))?;
+        output::line(json(&reports, &scenes, adapter))?;
     }
     Ok(())
 }
@@ -155,14 +160,14 @@ fn tell_rows(method: &Method, rows: &[Row], pop: f64, steps: &mut Steps) -> std:
     Ok(())
 }
 
-fn write(reports: &[PlantReport], adapter: Option<&str>, folder: &Path) -> Result<()> {
+fn write(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>, folder: &Path) -> Result<()> {
     write_whole(folder.join("report.csv"), page::csv(reports).as_bytes())?;
-    write_whole(folder.join("report.json"), json(reports, adapter).to_string().as_bytes())?;
-    write_whole(folder.join("report.html"), page::html(reports, adapter)?.as_bytes())
+    write_whole(folder.join("report.json"), json(reports, scenes, adapter).to_string().as_bytes())?;
+    write_whole(folder.join("report.html"), page::html(reports, scenes, adapter)?.as_bytes())
 }
 
 /// Numbers that were not measured become null.
-fn json(reports: &[PlantReport], adapter: Option<&str>) -> Value {
+fn json(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>) -> Value {
     let rows: Vec<Value> = reports.iter().flat_map(|report| &report.rows).map(json_row).collect();
     let offline: Vec<Value> = reports.iter().flat_map(|report| &report.offline).map(json_offline).collect();
     let pop = |report: &PlantReport| {
@@ -174,7 +179,8 @@ fn json(reports: &[PlantReport], adapter: Option<&str>) -> Value {
             .map(move |(method, change)| json!({ "plant": plant, "method": method, "change": change }))
     };
     let pops: Vec<Value> = reports.iter().flat_map(pop).collect();
-    json!({ "adapter": adapter, "rows": rows, "pops": pops, "offline": offline })
+    let scenes: Vec<Value> = scenes.iter().flat_map(scene_study::json_rows).collect();
+    json!({ "adapter": adapter, "rows": rows, "pops": pops, "offline": offline, "scenes": scenes })
 }
 
 fn json_row(row: &Row) -> Value {

@@ -1,6 +1,6 @@
-//! `foliage-lod view`: a model in a window.
+//! `foliage-lod view MODEL`: a model in a window.
 
-use crate::{args, failure::Failure, output::grouped};
+use crate::{args, failure::Failure, output::grouped, scene, view_scene};
 use foliage_lod::{
     Result,
     bounds::Sphere,
@@ -40,6 +40,9 @@ const SMOOTHING: f64 = 0.1;
 
 /// Runs the subcommand.
 pub fn run(args: &args::View) -> std::result::Result<(), Failure> {
+    if scene::is_scene(&args.model) {
+        return view_scene::run(args);
+    }
     let model = FoliageModel::read(&args.model)?;
     let title = format!("{} - foliage-lod", args.model.display());
     window::open(

@@ -16,6 +16,7 @@ pub use list::{DrawList, Drawn, Part, Placed};
 use super::{
     camera::Camera,
     image::{Image, MAX_IMAGE_SIDE},
+    landscape_pass::{Landscape, Rays},
     light::{self, Light, Lighting},
     mips::{Mips, SrgbTable, srgb_from_linear},
 };
@@ -26,19 +27,22 @@ use crate::{
     model::FoliageModel,
     srgb::linear_bytes,
 };
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use project::{Projected, STEPS_PER_PIXEL, project};
 use rayon::prelude::*;
 use tile::{Scene, TILE_PX, Tile};
 
 /// What lies behind the plant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[expect(clippy::large_enum_variant, reason = "there is one to a picture")]
 pub enum Background {
     /// A soft gradient from ground to sky.
     #[default]
     Sky,
     /// One sRGB colour.
     Color([u8; 3]),
+    /// Sky and ground along each pixel's ray.
+    Landscape(Landscape),
     /// Nothing: alpha is the share of each pixel that is covered.
     Transparent,
 }
@@ -127,6 +131,7 @@ impl<'a> Painter<'a> {
             lights: &lights,
             tones: &tones,
         };
+        let behind = Behind { size, rays: Rays::new(camera), eye_height: camera.eye.y };
         let columns = size[0].div_ceil(TILE_PX);
         let bins = bin(&projected, size, columns);
         let tiles: Vec<Vec<[u8; 4]>> = bins
@@ -134,7 +139,7 @@ impl<'a> Painter<'a> {
             .enumerate()
             .map(|(i, bin)| {
                 let origin = [i as u32 % columns * TILE_PX, i as u32 / columns * TILE_PX];
-                paint_tile(origin, bin, &scene, size[1], options.background)
+                paint_tile(origin, bin, &scene, &behind, options.background)
             })
             .collect();
         Ok(assemble(&tiles, columns, size))
@@ -239,7 +244,7 @@ fn paint_tile(
     origin: [u32; 2],
     mut triangles: Vec<u32>,
     scene: &Scene<'_>,
-    height: u32,
+    behind: &Behind,
     background: Background,
 ) -> Vec<[u8; 4]> {
     let nearest = |index: u32| scene.projected.triangles[index as usize].nearest;
@@ -250,19 +255,39 @@ fn paint_tile(
     }
     let mut pixels = Vec::with_capacity((TILE_PX * TILE_PX) as usize);
     for y in 0..TILE_PX {
-        let behind = light::backdrop(1.0 - ((origin[1] + y) as f32 + 0.5) / height as f32);
         pixels.extend((0..TILE_PX).map(|x| {
             let (color, share) = tile.resolve(x, y, scene);
-            finished(color, share, behind, background, scene.srgb)
+            let sky = behind.color([origin[0] + x, origin[1] + y], background);
+            finished(color, share, sky, background, scene.srgb)
         }));
     }
     pixels
 }
 
+/// What lies behind the plants of a picture.
+struct Behind {
+    size: [u32; 2],
+    rays: Rays,
+    eye_height: f64,
+}
+
+impl Behind {
+    fn color(&self, pixel: [u32; 2], background: Background) -> Vec3 {
+        let [x, y] = [0, 1].map(|axis| (pixel[axis] as f32 + 0.5) / self.size[axis] as f32);
+        match background {
+            Background::Sky => light::backdrop(1.0 - y),
+            Background::Landscape(landscape) => {
+                landscape.color(self.eye_height, self.rays.through(2.0 * x - 1.0, 1.0 - 2.0 * y))
+            }
+            _ => Vec3::ZERO,
+        }
+    }
+}
+
 /// The sRGB pixel of a colour already weighted by the `share` of the pixel that it covers.
-fn finished(color: glam::Vec3, share: f32, sky: glam::Vec3, background: Background, srgb: &SrgbTable) -> [u8; 4] {
+fn finished(color: Vec3, share: f32, sky: Vec3, background: Background, srgb: &SrgbTable) -> [u8; 4] {
     let (linear, alpha) = match background {
-        Background::Sky => (color + sky * (1.0 - share), 255),
+        Background::Sky | Background::Landscape(_) => (color + sky * (1.0 - share), 255),
         Background::Color(behind) => (color + srgb.color(behind) * (1.0 - share), 255),
         Background::Transparent => (color / share.max(f32::MIN_POSITIVE), (share * 255.0 + 0.5) as u8),
     };

@@ -1,0 +1,86 @@
+//! `foliage-lod report SCENE`: what level of detail saves and effects cost in a scene.
+
+use crate::{
+    failure::Failure,
+    interrupt,
+    output::{Steps, grouped},
+    progress::spinning,
+    scene::Opened,
+    staging::Shown,
+};
+use foliage_lod::{
+    Error,
+    render::{device::GpuDevice, foliage::Frame},
+    report::{
+        page::SceneReport,
+        scene_costs::{Cost, Seen, Shot, cases, measure},
+    },
+};
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Frames along the camera's path, times at which they are taken, and how often each is drawn.
+const SHOTS: u32 = 3;
+const SECONDS_BETWEEN: f64 = 10.0;
+const ROUNDS: usize = 3;
+/// Width and height of a frame.
+const SIZE: [u32; 2] = [640, 360];
+
+/// Measures one scene.
+pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<SceneReport, Failure> {
+    let Some(gpu) = gpu else {
+        let reason = "no adapter answers, and what a scene costs is measured on one".into();
+        let fix = "install a Vulkan driver (software: Mesa's lavapipe), or leave the scene out".into();
+        return Err(Error::Gpu { reason, fix }.into());
+    };
+    let mut opened = Opened::open(path, steps)?;
+    let shots: Vec<Shot> = (0..SHOTS).map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN)).collect();
+    let cases = cases(&opened.look());
+    let advance = |_| interrupt::check();
+    let costs = spinning("drawing in turns", || measure(gpu, &opened.models, &shots, &cases, SIZE, ROUNDS, advance))?;
+    for cost in &costs {
+        let Cost { name, frame_seconds, ratio, .. } = cost;
+        let leaves = grouped(cost.leaves);
+        steps.done(
+            "measure",
+            format!("{name}: {:.1} ms a frame, {ratio:.3} of the first, {leaves} leaves", 1e3 * frame_seconds),
+        )?;
+    }
+    let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    Ok(SceneReport { name, plants: opened.plants(), costs })
+}
+
+fn shot(opened: &mut Opened, seconds: f64) -> Shot {
+    let camera = opened.camera(seconds, f64::from(SIZE[0]) / f64::from(SIZE[1]));
+    let viewer = camera.viewer(SIZE[1] as f32);
+    let seen = |shown: Vec<Shown>| -> Vec<Seen> {
+        let seen =
+            |plant: &Shown| Seen { model: plant.model, world_from_plant: plant.world_from_plant, active: plant.active };
+        shown.iter().map(seen).collect()
+    };
+    let mut both = |viewer| [true, false].map(|full| seen(opened.shown(viewer, full)));
+    Shot { frame: Frame::new(&camera, SIZE[1]).at(seconds), seen: both(&viewer), casters: both(&viewer.all_around()) }
+}
+
+/// One object for each case.
+pub fn json_rows(report: &SceneReport) -> Vec<Value> {
+    let row = |cost: &Cost| {
+        let effects: serde_json::Map<String, Value> = cost
+            .effects
+            .named()
+            .map(|(name, count)| (name.into(), json!({ "simulated": count.simulated, "skipped": count.skipped })))
+            .collect();
+        json!({
+            "scene": report.name,
+            "drawn": cost.name,
+            "frame_seconds": cost.frame_seconds,
+            "ratio": cost.ratio,
+            "plants": cost.plants,
+            "leaves": cost.leaves,
+            "wood_triangles": cost.wood_triangles,
+            "effect_bytes": cost.effect_bytes,
+            "effects": effects,
+        })
+    };
+    report.costs.iter().map(row).collect()
+}

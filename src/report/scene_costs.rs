@@ -1,0 +1,191 @@
+//! What a scene's level of detail saves and what each of its effects costs: frame time, memory, how much was simulated.
+//!
+//! All cases are drawn in turns, frame by frame, so that each is timed under the same conditions as the others.
+
+use super::frames::median;
+use crate::{
+    Result,
+    effects::{Counts, Effects},
+    model::FoliageModel,
+    render::{
+        device::GpuDevice,
+        foliage::{FoliageRenderer, Frame, Instance, ModelId},
+        image::Image,
+        look::Look,
+        offscreen::{Offscreen, TARGET},
+    },
+};
+use glam::DAffine3;
+use std::time::{Duration, Instant};
+
+/// Past this no further round of a shot is begun.
+const LONGEST_ROUNDS: Duration = Duration::from_secs(10);
+
+/// A plant of a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen {
+    /// Index into the models.
+    pub model: usize,
+    /// Where it stands.
+    pub world_from_plant: DAffine3,
+    /// Active count.
+    pub active: f32,
+}
+
+/// One frame: with every leaf, and at the level of detail.
+pub struct Shot {
+    /// From where and when.
+    pub frame: Frame,
+    /// Plants in view, with every leaf first.
+    pub seen: [Vec<Seen>; 2],
+    /// Plants that cast shadows.
+    pub casters: [Vec<Seen>; 2],
+}
+
+/// What is drawn.
+pub struct Case {
+    /// Name in tables.
+    pub name: String,
+    /// How.
+    pub look: Look,
+    /// At the level of detail; else every leaf.
+    pub has_lod: bool,
+}
+
+/// What a case costs.
+pub struct Cost {
+    /// The case's name.
+    pub name: String,
+    /// Median over the shots of their median frame times.
+    pub frame_seconds: f64,
+    /// Median over the shots of the frame time over that of the first case.
+    pub ratio: f64,
+    /// Mean over the shots.
+    pub leaves: u64,
+    /// Mean over the shots.
+    pub wood_triangles: u64,
+    /// Plants in view, mean over the shots.
+    pub plants: u64,
+    /// Bytes of what exists for effects alone.
+    pub effect_bytes: u64,
+    /// In the first shot.
+    pub effects: Counts,
+    /// The first shot.
+    pub image: Image,
+}
+
+/// Without effects and with every leaf, without effects at the level of detail, with each effect that is on alone, and with
+/// all of them.
+pub fn cases(look: &Look) -> Vec<Case> {
+    let with = |effects: Effects| Look { effects, ..*look };
+    let (none, on) = (Effects::default(), look.effects);
+    let case = |name: &str, effects: Effects| Case { name: name.into(), look: with(effects), has_lod: true };
+    let mut cases = vec![
+        Case { name: "every leaf, no effects".into(), look: with(none), has_lod: false },
+        case("no effects", none),
+    ];
+    cases.extend(on.each().map(|(name, alone)| case(name, alone)));
+    if cases.len() > 3 {
+        cases.push(case("all effects", on));
+    }
+    cases
+}
+
+/// Draws every case in every shot, up to `rounds` times after one that warms up. `advance` hears how much is done, 0 to 1.
+///
+/// # Errors
+/// Those of the device, and of models that do not fit it.
+pub fn measure(
+    gpu: &GpuDevice,
+    models: &[FoliageModel],
+    shots: &[Shot],
+    cases: &[Case],
+    size: [u32; 2],
+    rounds: usize,
+    mut advance: impl FnMut(f64) -> Result<()>,
+) -> Result<Vec<Cost>> {
+    let Some(opening) = shots.first().filter(|_| !cases.is_empty()) else { return Ok(Vec::new()) };
+    let target = Offscreen::new(gpu, size)?;
+    let mut drawers: Vec<Drawer<'_>> =
+        cases.iter().map(|case| Drawer::new(gpu, models, case)).collect::<Result<_>>()?;
+    let mut costs: Vec<Cost> = Vec::new();
+    for drawer in &mut drawers {
+        costs.push(drawer.first_cost(gpu, &target, opening)?);
+    }
+    let total = (shots.len() * cases.len()) as f64;
+    let mut times = vec![Vec::new(); cases.len()];
+    for (number, shot) in shots.iter().enumerate() {
+        let mut of_shot = vec![Vec::new(); cases.len()];
+        let started = Instant::now();
+        for round in 0..rounds.max(1) {
+            if round > 0 && started.elapsed() > LONGEST_ROUNDS {
+                break;
+            }
+            for (drawer, times) in drawers.iter_mut().zip(&mut of_shot) {
+                times.push(drawer.time(gpu, &target, shot)?);
+            }
+        }
+        for (case, drawer) in drawers.iter_mut().enumerate() {
+            times[case].push(median(&mut of_shot[case]));
+            let prepared = drawer.prepare(gpu, shot)?;
+            costs[case].leaves += prepared.leaves / shots.len() as u64;
+            costs[case].wood_triangles += prepared.wood_triangles / shots.len() as u64;
+            costs[case].plants += u64::from(prepared.instances) / shots.len() as u64;
+        }
+        advance(((number + 1) * cases.len()) as f64 / total)?;
+    }
+    let first = times[0].clone();
+    for (cost, times) in costs.iter_mut().zip(&times) {
+        let mut ratios: Vec<f64> = times.iter().zip(&first).map(|(time, first)| time / first).collect();
+        (cost.ratio, cost.frame_seconds) = (median(&mut ratios), median(&mut times.clone()));
+    }
+    Ok(costs)
+}
+
+/// A renderer of one case.
+struct Drawer<'a> {
+    case: &'a Case,
+    foliage: FoliageRenderer,
+    ids: Vec<ModelId>,
+}
+
+impl<'a> Drawer<'a> {
+    fn new(gpu: &GpuDevice, models: &[FoliageModel], case: &'a Case) -> Result<Self> {
+        let mut foliage = FoliageRenderer::with_look(gpu.device(), TARGET, case.look);
+        let ids = models.iter().map(|model| foliage.add_model(gpu.device(), gpu.queue(), model));
+        let ids = ids.collect::<Result<_>>()?;
+        Ok(Self { case, foliage, ids })
+    }
+
+    fn prepare(&mut self, gpu: &GpuDevice, shot: &Shot) -> Result<crate::render::foliage::Prepared> {
+        let instance = |seen: &Seen| Instance::new(self.ids[seen.model], seen.world_from_plant, seen.active);
+        let list = |seen: &[Vec<Seen>; 2]| -> Vec<Instance> {
+            seen[usize::from(self.case.has_lod)].iter().map(instance).collect()
+        };
+        let (seen, casters) = (list(&shot.seen), list(&shot.casters));
+        self.foliage.prepare_with_casters(gpu.device(), gpu.queue(), shot.frame, &seen, &casters)
+    }
+
+    fn time(&mut self, gpu: &GpuDevice, target: &Offscreen, shot: &Shot) -> Result<f64> {
+        let started = Instant::now();
+        self.prepare(gpu, shot)?;
+        target.draw(&self.foliage)?;
+        Ok(started.elapsed().as_secs_f64())
+    }
+
+    /// What is known from one frame, which also warms up.
+    fn first_cost(&mut self, gpu: &GpuDevice, target: &Offscreen, shot: &Shot) -> Result<Cost> {
+        let effects = self.prepare(gpu, shot)?.effects;
+        Ok(Cost {
+            name: self.case.name.clone(),
+            frame_seconds: f64::NAN,
+            ratio: f64::NAN,
+            leaves: 0,
+            wood_triangles: 0,
+            plants: 0,
+            effect_bytes: self.foliage.effect_bytes(),
+            effects,
+            image: target.picture(&self.foliage)?,
+        })
+    }
+}
