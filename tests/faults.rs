@@ -136,8 +136,8 @@ fn a_target_that_is_no_regular_file_is_refused_and_left_alone() {
 fn a_disk_that_fills_up_leaves_what_was_there() {
     let folder = folder();
     fs::write(folder.path().join("out"), "old").unwrap();
-    for writer in &WRITERS[..2] {
-        let output = run_after(&folder, "trap '' XFSZ; ulimit -f 4", &[*writer, &["-o", "out"]].concat());
+    for writer in WRITERS {
+        let output = run_after(&folder, "trap '' XFSZ; ulimit -f 4", &[writer, &["-o", "out"][..]].concat());
         let line = error_line(&output, 1);
         assert!(line.contains("out: ") && line.contains("make room") && !line.contains(".part"), "{line}");
         assert_eq!(fs::read(folder.path().join("out")).unwrap(), b"old");

@@ -1,7 +1,7 @@
 //! A finished picture: 8-bit sRGB in memory, and written as PNG.
 
-use crate::{Error, Result};
-use std::{io::Write, path::Path};
+use crate::{Error, Result, file};
+use std::path::Path;
 
 /// Greatest width and height of a picture; a sheet of several may be wider.
 pub const MAX_IMAGE_SIDE: u32 = 16384;
@@ -59,13 +59,7 @@ impl Image {
     /// # Errors
     /// [`Error::Io`] when the folder or file cannot be written; [`Error::InvalidOption`] for a picture without pixels.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<()> {
-        let path = path.as_ref();
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let png = self.encode_png()?;
-        let mut file = readable_by_others().tempfile_in(folder).map_err(|error| Error::io(path, error))?;
-        file.write_all(&png).map_err(|error| Error::io(path, error))?;
-        file.persist(path).map_err(|error| Error::io(path, error.error))?;
-        Ok(())
+        file::write_whole(path, &self.encode_png()?)
     }
 
     pub(crate) fn encode_png(&self) -> Result<Vec<u8>> {
@@ -85,15 +79,6 @@ impl Image {
             }),
         }
     }
-}
-
-/// Temporary files are private to their user; a picture gets the permissions of any new file.
-fn readable_by_others() -> tempfile::Builder<'static, 'static> {
-    #[allow(unused_mut)]
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder
 }
 
 #[cfg(test)]
