@@ -426,3 +426,34 @@ fn damaged_species_are_refused_or_sound() {
         Ok(())
     });
 }
+
+#[cfg(feature = "scene")]
+const SCENES: [&str; 3] = [
+    include_str!("../data/scenes/turntable.toml"),
+    include_str!("../data/scenes/nine-trees.toml"),
+    include_str!("../data/scenes/forest.toml"),
+];
+#[cfg(feature = "scene")]
+const SCENE_WORDS: &str = "= [lod] [effects.wind] [[plants]] [[scatter]] # \" ''' \"oak\\n\" ä true false [0,1e300,-1] nan inf \
+    99999999999 policy = \"sizes\" shares = [[1,1]] [camera] path eye = [0,0,0]";
+
+#[cfg(feature = "scene")]
+#[test]
+fn damaged_scenes_are_refused_or_place_their_plants() {
+    use foliage_lod::scene::SceneFile;
+    survive("scenes", &["accepted", "unreadable"], |random| {
+        let text = damage_text(random.pick(&SCENES), SCENE_WORDS, random);
+        let scene = SceneFile::from_toml(&String::from_utf8_lossy(&text), Path::new("hostile.toml"))?;
+        scene.effects.check().expect("what is read is in range");
+        for seconds in [-1e300, 0.0, 7.5, 1e300] {
+            let sees = scene.view(seconds).is_none_or(|view| view.eye.is_finite() && view.target.is_finite());
+            assert!(sees, "{seconds}: {:?}", scene.view(seconds));
+        }
+        for scatter in scene.scatter.iter().filter(|scatter| scatter.count <= 2000) {
+            // Too many for their area is told; what stands, stands somewhere.
+            let spots = scatter.spots().unwrap_or_default();
+            assert!(spots.iter().all(|spot| spot.at.is_finite() && spot.scale > 0.0 && spot.turn.is_finite()));
+        }
+        Ok(())
+    });
+}

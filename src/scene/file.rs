@@ -157,10 +157,12 @@ impl SceneFile {
         let at = |offset: usize| 1 + text.get(..offset).unwrap_or(text).matches('\n').count();
         let scene: Self = toml::from_str(text).map_err(|error| {
             let line = error.span().map_or(1, |span| at(span.start));
-            Error::unreadable(origin, format!("line {line}: {}", error.message().replace('\n', " ")), SEE)
+            Error::unreadable(origin, format!("line {line}: {}", error.message().replace(char::is_control, " ")), SEE)
         })?;
         scene.check().map_err(|Wrong { key, value, allowed }| {
             let place = offset_of(text, &key).map_or(String::new(), |offset| format!("line {}: ", at(offset)));
+            // Names come from the file.
+            let [value, allowed] = [value, allowed].map(|text| text.replace(char::is_control, " "));
             Error::unreadable(origin, format!("{place}{key} is {value}"), format!("it must be {allowed}; {SEE}"))
         })?;
         Ok(scene)
