@@ -46,7 +46,7 @@ th,td{padding:.15rem .6rem;text-align:right;white-space:nowrap}th:first-child,td
 table.sorts th{cursor:pointer;background:#eee;position:sticky;top:0}table.sorts tr.front{background:#e6f3df}
 tr:hover{background:#f4f4f4}.plots{display:flex;flex-wrap:wrap}.plots svg{max-width:100%;height:auto}
 .pictures td{text-align:center;padding:2px}.pictures img{display:block}.note{color:#666;max-width:60rem}
-details{margin:1rem 0}summary{cursor:pointer;font-weight:600}";
+td.wraps{white-space:normal;max-width:16rem}details{margin:1rem 0}summary{cursor:pointer;font-weight:600}";
 
 const SCRIPT: &str = "for(const table of document.querySelectorAll('table.sorts'))
 table.querySelectorAll('th').forEach((head,column)=>head.addEventListener('click',()=>{
@@ -119,7 +119,7 @@ fn scene_section(page: &mut String, scene: &SceneReport) -> Result<()> {
         };
         let _ = write!(
             page,
-            "<tr><td>{}</td>{}{}<td>{}</td><td>{}</td><td>{}</td>{}<td>{}</td><td>{}</td></tr>",
+            "<tr><td>{}</td>{}{}<td>{}</td><td>{}</td><td>{}</td>{}<td class=\"wraps\">{}</td><td class=\"wraps\">{}</td></tr>",
             escaped(&cost.name),
             cell(1e3 * cost.frame_seconds, 1, ""),
             cell(cost.ratio, 3, ""),
