@@ -12,7 +12,11 @@ pub use fade::{Fade, FadeBy};
 pub use sky::Sky;
 pub use wind::Wind;
 
-use crate::{Error, Result, model::Transition};
+use crate::{
+    Error, Result,
+    model::Transition,
+    stochastic::{contrast, lambda},
+};
 use serde::Deserialize;
 
 /// Which effects a scene calls for. All are off by default.
@@ -96,6 +100,14 @@ impl Default for Contrast {
     }
 }
 
+impl Contrast {
+    /// Share of a colour's distance from the mean that stays with `active` of `leaves`.
+    pub fn kept(&self, active: f32, leaves: usize) -> f32 {
+        let lambda = lambda::floored(f64::from(active) / leaves.max(1) as f64);
+        1.0 + self.strength * (contrast::kept(lambda) as f32 - 1.0)
+    }
+}
+
 impl Default for CrownNormals {
     fn default() -> Self {
         Self { blend: 0.7 }
@@ -167,9 +179,14 @@ impl Counts {
 
     /// Counts the leaves of one plant for `fade`.
     pub fn add_leaves(&mut self, transition: &Transition) {
+        self.add_drawn(transition.first_partial(), transition.drawn());
+    }
+
+    /// As [`add_leaves`](Self::add_leaves), for a plant of `drawn` leaves whose first one on its way is `first_partial`.
+    pub(crate) fn add_drawn(&mut self, first_partial: u32, drawn: u32) {
         if let Some(fade) = &mut self.fade {
-            let whole = transition.first_partial().min(transition.drawn());
-            fade.simulated += u64::from(transition.drawn() - whole);
+            let whole = first_partial.min(drawn);
+            fade.simulated += u64::from(drawn - whole);
             fade.skipped += u64::from(whole);
         }
     }

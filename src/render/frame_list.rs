@@ -15,7 +15,6 @@ use crate::{
         wind::{Moment, Shape, Sway},
     },
     model::{FoliageModel, Leaf, Transition},
-    stochastic::contrast,
 };
 use glam::{DAffine3, DMat4, DVec3, Vec3};
 use std::ops::Range;
@@ -220,7 +219,8 @@ impl FrameList {
             self.fading.extend((split..leaf_pass::runs(record.index_end)).map(|run| [at, run]));
             count(&mut prepared.effects, &record, variant);
             if let Some(effect) = look.effects.contrast {
-                self.tones.push(tone(model, instance, effect.strength));
+                let kept = effect.kept(instance.active, model.index_ends.len());
+                self.tones.push(Tone { mean: model.mean, kept });
             }
             if let Some(moment) = moment {
                 self.sways.push(moment.sway(&model.shape, &instance.world_from_plant));
@@ -266,11 +266,7 @@ fn first_fading_run(record: &InstanceRecord, model: &ModelFacts, look: &Look) ->
 }
 
 fn count(counts: &mut Counts, record: &InstanceRecord, variant: Variant) {
-    if let Some(fade) = &mut counts.fade {
-        let whole = record.first_partial.min(record.drawn);
-        fade.simulated += u64::from(record.drawn - whole);
-        fade.skipped += u64::from(whole);
-    }
+    counts.add_drawn(record.first_partial, record.drawn);
     let plants = [
         (&mut counts.contrast, variant.contrast),
         (&mut counts.wind, variant.wind),
@@ -282,12 +278,6 @@ fn count(counts: &mut Counts, record: &InstanceRecord, variant: Variant) {
             count.add(is_simulated);
         }
     }
-}
-
-fn tone(model: &ModelFacts, instance: &Instance, strength: f32) -> Tone {
-    let lambda = f64::from(instance.active) / model.index_ends.len().max(1) as f64;
-    let kept = contrast::kept(crate::stochastic::lambda::floored(lambda)) as f32;
-    Tone { mean: model.mean, kept: 1.0 + strength * (kept - 1.0) }
 }
 
 /// Who looks at a list: the camera of a frame, or the sun.

@@ -16,7 +16,6 @@ use foliage_lod::{
         offscreen::{Offscreen, TARGET},
         software::{Background, DrawList, DrawOptions, Drawn, Painter, Placed, Tone, mean_leaf_color},
     },
-    stochastic::{contrast, lambda},
 };
 use std::collections::HashMap;
 
@@ -106,11 +105,9 @@ fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     let moment = effects.wind.map(|wind| wind.at(staging.seconds));
     let mut placed = Vec::new();
     for plant in plants {
-        let lambda = f64::from(plant.active) / models[plant.model].leaves.len() as f64;
-        let tone = effects.contrast.map(|effect| Tone {
-            kept: 1.0 + effect.strength * (contrast::kept(lambda::floored(lambda)) as f32 - 1.0),
-            mean: means[plant.model],
-        });
+        let leaves = models[plant.model].leaves.len();
+        let tone =
+            effects.contrast.map(|effect| Tone { kept: effect.kept(plant.active, leaves), mean: means[plant.model] });
         let sway = moment.map(|moment| (moment.sway(&shapes[plant.model], &plant.world_from_plant), moment.phases()));
         placed.push(Placed { tone, sway, ..Placed::new(&lists[&key(plant)], plant.world_from_plant) });
         counts.add_plant();
