@@ -1,7 +1,7 @@
 // The effect `shadow`: how much of the sun's light arrives, from a map of what it meets first.
 
-@group(2) @binding(4) var shadow_map: texture_depth_2d;
-@group(2) @binding(5) var shadow_sampler: sampler_comparison;
+@group(2) @binding(3) var shadow_map: texture_depth_2d;
+@group(2) @binding(4) var shadow_sampler: sampler_comparison;
 
 // At a point in the light's clip space; 1 beyond the map.
 fn shadow_share(light: vec3<f32>) -> f32 {

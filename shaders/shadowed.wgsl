@@ -1,7 +1,7 @@
 // Plants in each other's shadow.
 
 // From each instance's local space to the light's clip space.
-@group(2) @binding(3) var<storage, read> light_from_local: array<mat4x4<f32>>;
+@group(2) @binding(2) var<storage, read> light_from_local: array<mat4x4<f32>>;
 
 fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 {
     return shadow_share((light_from_local[instance] * vec4(position_local, 1.0)).xyz);

@@ -12,14 +12,13 @@ struct Sway {
     axis: vec2<f32>,
     radius: f32,
     branches: f32,
+    // Of the two waves of branches and the two of leaves, in cycles.
+    phases: vec4<f32>,
     flutter: f32,
-    phase: f32,
 }
 
 // One for each instance.
 @group(2) @binding(1) var<storage, read> sways: array<Sway>;
-// Phases of the two waves of branches and the two of leaves, in cycles.
-@group(2) @binding(2) var<uniform> phases: vec4<f32>;
 
 fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> {
     return rest + sway_offset(rest, sways[instance]);
@@ -29,7 +28,7 @@ fn moved_leaf(pivot: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, leaf: u32,
     let sway = sways[instance];
     let mixed = leaf * 2654435761u;
     let own = vec3(f32(mixed >> 22u), f32(mixed >> 12u & 1023u), f32(mixed >> 2u & 1023u)) / 1024.0;
-    let waves = sin((phases.zw + own.xy + sway.phase) * TURN);
+    let waves = sin((sway.phases.zw + own.xy) * TURN);
     let angle = sway.flutter * dot(vec2(0.6, 0.4), waves);
     let around = own.z * TURN;
     let axis = normalize(vec3(cos(around), 0.5, sin(around)));
@@ -42,8 +41,8 @@ fn sway_offset(point: vec3<f32>, sway: Sway) -> vec3<f32> {
     let out = (point.xz - sway.axis) / sway.radius;
     let reach = sway.branches * min(length(out), 1.0) * height;
     let place = (point - vec3(sway.axis.x, sway.base, sway.axis.y)) / sway.height;
-    let along = sin((phases.x + sway.phase - dot(place, BRANCH_WAVE_ALONG)) * TURN);
-    let up = sin((phases.y + sway.phase - dot(place, BRANCH_WAVE_UP)) * TURN);
+    let along = sin((sway.phases.x - dot(place, BRANCH_WAVE_ALONG)) * TURN);
+    let up = sin((sway.phases.y - dot(place, BRANCH_WAVE_UP)) * TURN);
     return sway.bend * (height * height) + sway.along * (reach * along) + vec3(0.0, reach * BRANCH_LIFT * up - lowered, 0.0);
 }
 

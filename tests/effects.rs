@@ -93,10 +93,7 @@ fn painted(model: &FoliageModel, effects: &Effects, camera: &Camera, active: f32
     });
     let corners = model.vertices.iter().chain(&model.wood.vertices).map(|vertex| vertex.position);
     let shape = Shape::new(&foliage_lod::bounds::Aabb::of_points(corners));
-    let sway = effects.wind.map(|wind| {
-        let moment = wind.at(SECONDS);
-        (moment.sway(&shape, &DAffine3::IDENTITY), moment.phases())
-    });
+    let sway = effects.wind.map(|wind| wind.at(SECONDS).sway(&shape, &DAffine3::IDENTITY));
     let placed = Placed { tone, sway, ..Placed::new(&list, DAffine3::IDENTITY) };
     let background = look.landscape().map_or(Background::Sky, Background::Landscape);
     let options = DrawOptions { lighting, background, ..DrawOptions::default() };
@@ -143,7 +140,7 @@ fn what_is_not_called_for_does_not_exist() {
         ("fade", vec![], vec![plain, Variant { alpha: true, ..plain }], plain),
         ("contrast", vec!["tones"], vec![Variant { contrast: true, ..plain }], plain),
         ("crown_normals", vec![], vec![plain], plain),
-        ("wind", vec!["sways", "wind"], vec![Variant { wind: true, ..plain }], Variant { wind: true, ..plain }),
+        ("wind", vec!["sways"], vec![Variant { wind: true, ..plain }], Variant { wind: true, ..plain }),
         ("translucency", vec![], vec![plain], plain),
         ("shadow", vec!["lights", "shadow map"], vec![plain], plain),
         ("sky", vec![], vec![plain], plain),
@@ -312,7 +309,7 @@ fn leaves_stay_on_their_twigs() {
             let point = |corners: [Vec3; 3], weights: [f32; 3]| (0..3).map(|i| corners[i] * weights[i]).sum::<Vec3>();
             let apart = |(corners, weights): &([Vec3; 3], [f32; 3])| pivot.distance(point(*corners, *weights));
             let (corners, weights) = nearest.min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap();
-            let moved = |point: Vec3| point + sway.offset(point, moment.phases());
+            let moved = |point: Vec3| point + sway.offset(point);
             // The twig's triangle stays flat: its point moves with its corners.
             let stretched = moved(pivot).distance(point(corners.map(moved), weights)) - apart(&(corners, weights));
             worst = worst.max(stretched.abs() / shape.height);

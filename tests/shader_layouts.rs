@@ -87,7 +87,7 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     let all = Variant { wind: true, contrast: true, alpha: true };
     let module = parsed(&leaf_pass::wgsl(&look, all));
     assert_layout!(&module, Tone, "Tone", [mean, kept]);
-    assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, flutter, phase]);
+    assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, phases, flutter]);
     assert_layout!(&module, LeafVertex, "LeafVertex", [position, normal, uv, color, leaf]);
     assert_layout!(&module, LeafRecord, "LeafRecord", [pivot, material, first_event, end_event]);
     assert_layout!(&module, Event, "Event", [leaf, scale]);
@@ -118,10 +118,10 @@ fn an_effect_that_is_off_is_not_in_the_shader() {
     let globals = |variant| {
         let module = parsed(&leaf_pass::wgsl(&look, variant));
         let names = module.global_variables.iter().filter_map(|(_, global)| global.name.clone());
-        names.filter(|name| ["tones", "sways", "phases"].contains(&name.as_str())).collect::<Vec<_>>()
+        names.filter(|name| ["tones", "sways"].contains(&name.as_str())).collect::<Vec<_>>()
     };
     assert!(globals(Variant::default()).is_empty());
     assert!(globals(Variant { alpha: true, ..Variant::default() }).is_empty());
     assert_eq!(globals(Variant { contrast: true, ..Variant::default() }), ["tones"]);
-    assert_eq!(globals(Variant { wind: true, ..Variant::default() }), ["sways", "phases"]);
+    assert_eq!(globals(Variant { wind: true, ..Variant::default() }), ["sways"]);
 }

@@ -75,7 +75,7 @@ impl Wind {
             wind: self,
             gusts: GUSTS.map(cycles),
             trunk: cycles(TRUNK),
-            phases: [BRANCHES[0], BRANCHES[1], LEAVES[0], LEAVES[1]].map(|count| cycles(count) as f32),
+            phases: [BRANCHES[0], BRANCHES[1], LEAVES[0], LEAVES[1]].map(cycles),
         }
     }
 
@@ -104,15 +104,11 @@ pub struct Moment {
     wind: Wind,
     gusts: [f64; 3],
     trunk: f64,
-    phases: [f32; 4],
+    /// Of the two waves of branches and the two of leaves.
+    phases: [f64; 4],
 }
 
 impl Moment {
-    /// Phases of the two waves of branches and the two of leaves, in cycles.
-    pub fn phases(&self) -> [f32; 4] {
-        self.phases
-    }
-
     /// What the wind does to a plant that stands somewhere.
     pub fn sway(&self, shape: &Shape, world_from_plant: &DAffine3) -> Sway {
         let angle = f64::from(self.wind.direction).to_radians();
@@ -136,9 +132,9 @@ impl Moment {
             axis: shape.axis,
             radius: shape.radius,
             branches: self.wind.branches * gust as f32 * shape.height,
+            phases: self.phases.map(|cycles| phase(cycles + own) as f32),
             flutter: self.wind.flutter.to_radians() * gust as f32,
-            phase: own as f32,
-            padding: [0.0; 2],
+            padding: [0.0; 3],
         }
     }
 }
@@ -187,17 +183,17 @@ pub struct Sway {
     pub radius: f32,
     /// Sway of the outermost branches, in plant units.
     pub branches: f32,
+    /// Phases of the two waves of branches and the two of leaves, in cycles, 0 up to 1.
+    pub phases: [f32; 4],
     /// How far leaves turn, in radians.
     pub flutter: f32,
-    /// The plant's own phase, in cycles.
-    pub phase: f32,
     /// Up to a multiple of 16 bytes.
-    pub padding: [f32; 2],
+    pub padding: [f32; 3],
 }
 
 impl Sway {
     /// How far a point of trunk or branches, or the pivot of a leaf, is moved.
-    pub fn offset(&self, point: Vec3, phases: [f32; 4]) -> Vec3 {
+    pub fn offset(&self, point: Vec3) -> Vec3 {
         let height = ((point.y - self.base) / self.height).clamp(0.0, 1.0);
         let bend = Vec3::from(self.bend);
         // A bent trunk is as long as a straight one: what goes sideways is missing above.
@@ -205,16 +201,16 @@ impl Sway {
         let out = Vec3::new(point.x - self.axis[0], 0.0, point.z - self.axis[1]) / self.radius;
         let reach = self.branches * out.length().min(1.0) * height;
         let place = (point - Vec3::new(self.axis[0], self.base, self.axis[1])) / self.height;
-        let wave = |i: usize| ((phases[i] + self.phase - place.dot(BRANCH_WAVES[i])) * TAU).sin();
+        let wave = |i: usize| ((self.phases[i] - place.dot(BRANCH_WAVES[i])) * TAU).sin();
         bend * (height * height) - Vec3::Y * lowered
             + Vec3::from(self.along) * (reach * wave(0))
             + Vec3::Y * (reach * BRANCH_LIFT * wave(1))
     }
 
     /// How a leaf is turned about its pivot, by its number in the model.
-    pub fn turn(&self, leaf: u32, phases: [f32; 4]) -> Quat {
+    pub fn turn(&self, leaf: u32) -> Quat {
         let own = leaf_phases(leaf);
-        let wave = |i: usize| ((phases[2 + i] + own[i] + self.phase) * TAU).sin();
+        let wave = |i: usize| ((self.phases[2 + i] + own[i]) * TAU).sin();
         let angle = self.flutter * (0.6 * wave(0) + 0.4 * wave(1));
         let around = own[2] * TAU;
         // Mostly about a level axis: leaves nod.
@@ -255,8 +251,8 @@ mod tests {
             let moment = wind.at(f64::from(step) / 60.0);
             let sway = moment.sway(&SHAPE, &place(1.0));
             let point = Vec3::new(3.0, 6.0, 1.0);
-            let turned = sway.turn(step % 97, moment.phases()) * Vec3::X * 0.3 - Vec3::X * 0.3;
-            let moved = (sway.offset(point, moment.phases()) + turned).length();
+            let turned = sway.turn(step % 97) * Vec3::X * 0.3 - Vec3::X * 0.3;
+            let moved = (sway.offset(point) + turned).length();
             let half = usize::from(step >= 500_000);
             most[half] = most[half].max(moved);
             assert!(moved <= reach * 1.0001, "step {step}: {moved} beyond {reach}");
@@ -270,19 +266,17 @@ mod tests {
         let wind = Wind::default();
         for early in [0.0, 0.37, 59.9, 119.99] {
             let late = early + PERIOD * 83_333.0;
-            let [a, b] = [early, late].map(|seconds| (wind.at(seconds), wind.at(seconds).sway(&SHAPE, &place(1.0))));
+            let [a, b] = [early, late].map(|seconds| wind.at(seconds).sway(&SHAPE, &place(1.0)));
             for (leaf, point) in (0..).zip(points()) {
-                let [x, y] = [a, b].map(|(moment, sway)| {
-                    sway.offset(point, moment.phases()) + sway.turn(leaf, moment.phases()) * Vec3::X * 0.2
-                });
+                let [x, y] = [a, b].map(|sway| sway.offset(point) + sway.turn(leaf) * Vec3::X * 0.2);
                 assert!((x - y).length() < 2e-4, "{early}: {x} {y}");
             }
         }
         let still = Wind { strength: 0.0, branches: 0.0, flutter: 0.0, ..wind };
         let moment = still.at(12.3);
         let sway = moment.sway(&SHAPE, &place(1.0));
-        assert!(points().all(|point| point + sway.offset(point, moment.phases()) == point));
-        assert_eq!(sway.turn(5, moment.phases()) * Vec3::X, Vec3::X);
+        assert!(points().all(|point| point + sway.offset(point) == point));
+        assert_eq!(sway.turn(5) * Vec3::X, Vec3::X);
         assert_eq!(still.reach(&SHAPE, 1.0), 0.0);
     }
 
@@ -291,11 +285,11 @@ mod tests {
         for seconds in [f64::NAN, f64::INFINITY, -5.0, 1e300] {
             let moment = Wind::default().at(seconds);
             let sway = moment.sway(&SHAPE, &place(1e300));
-            assert!(sway.offset(Vec3::ONE, moment.phases()).is_finite(), "{seconds}");
+            assert!(sway.offset(Vec3::ONE).is_finite(), "{seconds}");
         }
         let flat = Shape::new(&Aabb { min: [0.0; 3], max: [1.0, 0.0, 0.0] });
         let moment = Wind::default().at(1.0);
-        assert!(moment.sway(&flat, &place(0.0)).offset(Vec3::X, moment.phases()).is_finite());
+        assert!(moment.sway(&flat, &place(0.0)).offset(Vec3::X).is_finite());
         assert!(Shape::new(&Aabb::EMPTY).height > 0.0);
     }
 
@@ -305,7 +299,7 @@ mod tests {
         let sway = moment.sway(&SHAPE, &place(1.0));
         for point in points() {
             let near = point + Vec3::splat(1e-3);
-            let apart = (sway.offset(point, moment.phases()) - sway.offset(near, moment.phases())).length();
+            let apart = (sway.offset(point) - sway.offset(near)).length();
             assert!(apart < 2e-4, "{apart}");
         }
         assert_ne!(sway.bend, moment.sway(&SHAPE, &place(9.0)).bend);

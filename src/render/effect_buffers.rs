@@ -3,7 +3,7 @@
 use super::{
     buffers::{buffer, grow},
     frame_list::{FrameList, Tone},
-    surface::{LIGHTS, PHASES, SHADOW_MAP, SHADOW_SAMPLER, SWAYS, TONES, map_layout},
+    surface::{LIGHTS, SHADOW_MAP, SHADOW_SAMPLER, SWAYS, TONES, map_layout},
 };
 use crate::effects::{Effects, wind::Sway};
 
@@ -61,8 +61,7 @@ impl ShadowMap {
 /// Buffers and bindings of the effects that have any.
 pub(super) struct EffectBuffers {
     tones: Option<wgpu::Buffer>,
-    /// Sways of the plants, and the phases of the wind.
-    wind: Option<[wgpu::Buffer; 2]>,
+    sways: Option<wgpu::Buffer>,
     shadow: Option<Shadow>,
     bindings: wgpu::BindGroup,
 }
@@ -84,11 +83,7 @@ impl EffectBuffers {
         use wgpu::BufferUsages as Usage;
         let storage = Usage::STORAGE | Usage::COPY_DST;
         let tones = effects.contrast.map(|_| buffer(device, "foliage tones", storage, size_of::<Tone>() as u64));
-        let wind = effects.wind.map(|_| {
-            let uniform = Usage::UNIFORM | Usage::COPY_DST;
-            let sways = buffer(device, "foliage sways", storage, size_of::<Sway>() as u64);
-            [sways, buffer(device, "foliage wind", uniform, size_of::<[f32; 4]>() as u64)]
-        });
+        let sways = effects.wind.map(|_| buffer(device, "foliage sways", storage, size_of::<Sway>() as u64));
         let shadow = map.map(|map| Shadow {
             lights: buffer(device, "foliage lights", storage, size_of::<[[f32; 4]; 4]>() as u64),
             bindings: device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -98,20 +93,20 @@ impl EffectBuffers {
             }),
             map: map.clone(),
         });
-        let bindings = bind(device, layout, tones.as_ref(), wind.as_ref(), shadow.as_ref());
-        Self { tones, wind, shadow, bindings }
+        let bindings = bind(device, layout, tones.as_ref(), sways.as_ref(), shadow.as_ref());
+        Self { tones, sways, shadow, bindings }
     }
 
     /// What each is for.
     pub(super) fn labels(&self) -> Vec<&'static str> {
         let tones = self.tones.iter().map(|_| "tones");
-        let wind = self.wind.iter().flat_map(|_| ["sways", "wind"]);
-        tones.chain(wind).chain(self.shadow.iter().flat_map(|_| ["lights", "shadow map"])).collect()
+        let sways = self.sways.iter().map(|_| "sways");
+        tones.chain(sways).chain(self.shadow.iter().flat_map(|_| ["lights", "shadow map"])).collect()
     }
 
     /// Of all of them.
     pub(super) fn bytes(&self) -> u64 {
-        let buffers = self.tones.iter().chain(self.wind.iter().flatten());
+        let buffers = self.tones.iter().chain(&self.sways);
         let buffers = buffers.chain(self.shadow.iter().map(|shadow| &shadow.lights));
         let map = self.shadow.as_ref().map_or(0, |shadow| shadow.map.bytes());
         buffers.map(wgpu::Buffer::size).sum::<u64>() + map
@@ -137,15 +132,14 @@ impl EffectBuffers {
         if let Some(tones) = &mut self.tones {
             is_rebound |= fill(device, queue, tones, &list.tones);
         }
-        if let Some([sways, phases]) = &mut self.wind {
+        if let Some(sways) = &mut self.sways {
             is_rebound |= fill(device, queue, sways, &list.sways);
-            queue.write_buffer(phases, 0, bytemuck::bytes_of(&list.phases));
         }
         if let Some(shadow) = &mut self.shadow {
             is_rebound |= fill(device, queue, &mut shadow.lights, &list.lights);
         }
         if is_rebound {
-            self.bindings = bind(device, layout, self.tones.as_ref(), self.wind.as_ref(), self.shadow.as_ref());
+            self.bindings = bind(device, layout, self.tones.as_ref(), self.sways.as_ref(), self.shadow.as_ref());
         }
     }
 }
@@ -161,12 +155,12 @@ fn bind(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
     tones: Option<&wgpu::Buffer>,
-    wind: Option<&[wgpu::Buffer; 2]>,
+    sways: Option<&wgpu::Buffer>,
     shadow: Option<&Shadow>,
 ) -> wgpu::BindGroup {
-    let of_wind = wind.into_iter().flat_map(|[sways, phases]| [(SWAYS, sways), (PHASES, phases)]);
+    let sways = sways.map(|sways| (SWAYS, sways));
     let lights = shadow.map(|shadow| (LIGHTS, &shadow.lights));
-    let buffers = tones.map(|tones| (TONES, tones)).into_iter().chain(of_wind).chain(lights);
+    let buffers = tones.map(|tones| (TONES, tones)).into_iter().chain(sways).chain(lights);
     let mut entries: Vec<_> = buffers
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
         .collect();

@@ -131,8 +131,6 @@ pub(super) struct FrameList {
     pub(super) sways: Vec<Sway>,
     /// From local space to the light's clip space.
     pub(super) lights: Vec<[[f32; 4]; 4]>,
-    /// Phases of the wind.
-    pub(super) phases: [f32; 4],
     order: Vec<Place>,
     /// Runs that fade, until the batch's whole runs are listed.
     fading: Vec<Run>,
@@ -143,7 +141,6 @@ impl FrameList {
     pub(super) fn fill(&mut self, look: &Look, models: &[ModelFacts], eye: &Eye, instances: &[Instance]) -> Prepared {
         self.clear();
         let moment = look.effects.wind.map(|wind| wind.at(eye.seconds));
-        self.phases = moment.map_or([0.0; 4], |moment| moment.phases());
         let mut prepared = Prepared { effects: Counts::of(&look.effects), ..Prepared::default() };
         self.sort(look, models, eye, instances);
         let mut at = 0;

@@ -93,7 +93,7 @@ pub const NO_SCALES: u32 = u32::MAX;
 pub const RUN_INDICES: u32 = 384;
 
 /// Bindings of a model (group 0), of a frame (group 1) and of the effects that have buffers (group 2): contrast at 0, wind
-/// at 1 and 2, shadow from 3.
+/// at 1, shadow from 2.
 pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::BindGroupLayout> {
     let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
     let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
@@ -119,7 +119,7 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
         of_effects.push((TONES, fragment, storage));
     }
     if effects.wind.is_some() {
-        of_effects.extend([(SWAYS, vertex, storage), (PHASES, vertex, uniform)]);
+        of_effects.push((SWAYS, vertex, storage));
     }
     let mut layouts = vec![layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)];
     if effects.shadow.is_some() {
@@ -135,10 +135,9 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
 /// Bindings of the effects.
 pub(super) const TONES: u32 = 0;
 pub(super) const SWAYS: u32 = 1;
-pub(super) const PHASES: u32 = 2;
-pub(super) const LIGHTS: u32 = 3;
-pub(super) const SHADOW_MAP: u32 = 4;
-pub(super) const SHADOW_SAMPLER: u32 = 5;
+pub(super) const LIGHTS: u32 = 2;
+pub(super) const SHADOW_MAP: u32 = 3;
+pub(super) const SHADOW_SAMPLER: u32 = 4;
 
 const MAP_BINDINGS: [(u32, wgpu::ShaderStages, wgpu::BindingType); 2] = [
     (

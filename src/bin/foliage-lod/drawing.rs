@@ -108,7 +108,7 @@ fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
         let leaves = models[plant.model].leaves.len();
         let tone =
             effects.contrast.map(|effect| Tone { kept: effect.kept(plant.active, leaves), mean: means[plant.model] });
-        let sway = moment.map(|moment| (moment.sway(&shapes[plant.model], &plant.world_from_plant), moment.phases()));
+        let sway = moment.map(|moment| moment.sway(&shapes[plant.model], &plant.world_from_plant));
         placed.push(Placed { tone, sway, ..Placed::new(&lists[&key(plant)], plant.world_from_plant) });
         counts.add_plant();
     }

@@ -156,8 +156,8 @@ pub struct Placed<'a> {
     pub world_from_plant: DAffine3,
     /// How its leaves are toned; `None` as all of the picture.
     pub tone: Option<super::Tone>,
-    /// What the wind does to it, in the plant's space, with the phases of its waves.
-    pub sway: Option<(Sway, [f32; 4])>,
+    /// What the wind does to it, in the plant's space.
+    pub sway: Option<Sway>,
 }
 
 impl<'a> Placed<'a> {

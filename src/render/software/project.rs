@@ -89,7 +89,7 @@ struct Point {
 struct Projector {
     /// The plant being projected, and how the camera stands to it.
     plant: u32,
-    sway: Option<(Sway, [f32; 4])>,
+    sway: Option<Sway>,
     camera_from_plant: DMat4,
     clip_from_camera: DMat4,
     /// Plant space.
@@ -130,13 +130,13 @@ impl Projector {
 
     /// Where the wind moves a corner and its normal.
     fn swayed(&self, part: &Part<'_>, pivot: DVec3, offset: DVec3, vertex: Vertex) -> (DVec3, Vertex) {
-        let Some((sway, phases)) = &self.sway else { return (pivot + offset, vertex) };
+        let Some(sway) = &self.sway else { return (pivot + offset, vertex) };
         let Some(leaf) = part.leaf else {
             let rest = pivot + offset;
-            return (rest + sway.offset(rest.as_vec3(), *phases).as_dvec3(), vertex);
+            return (rest + sway.offset(rest.as_vec3()).as_dvec3(), vertex);
         };
-        let turn = sway.turn(leaf, *phases);
-        let moved = pivot + sway.offset(pivot.as_vec3(), *phases).as_dvec3() + turn.as_dquat() * offset;
+        let turn = sway.turn(leaf);
+        let moved = pivot + sway.offset(pivot.as_vec3()).as_dvec3() + turn.as_dquat() * offset;
         (moved, Vertex { normal: (turn * Vec3::from(vertex.normal)).to_array(), ..vertex })
     }
 
