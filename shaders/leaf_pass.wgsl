@@ -33,6 +33,10 @@ struct Event {
 // item: the instance, and the number of the run.
 @vertex
 fn leaf_corner(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>) -> Surface {
+    return leaf_surface(corner, item);
+}
+
+fn leaf_surface(corner: u32, item: vec2<u32>) -> Surface {
     var surface: Surface;
     surface.instance = item.x;
     let at = item.y * RUN_INDICES + corner;

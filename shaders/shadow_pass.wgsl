@@ -2,8 +2,7 @@
 
 @fragment
 fn cast_shadow(surface: Surface) {
-    let material = materials[surface.material];
-    if material.cutoff > 0.0 && texel(material, surface.uv).a * material.base_color.a < material.cutoff {
+    if is_hole(materials[surface.material], surface.uv) {
         discard;
     }
 }

@@ -23,6 +23,10 @@ struct Instance {
     window: f32,
     // Factor on every leaf's drawn scale.
     leaf_scale: f32,
+    // Number of the instance that tells where the plant was; of motion vectors alone.
+    before: u32,
+    // How far the picture is shifted, in clip space.
+    jitter: vec2<f32>,
 }
 
 // The crown: the box around all leaves, drawn or not.
@@ -131,6 +135,11 @@ fn covered_samples(share: f32, pattern: u32) -> u32 {
     let first = pattern % SAMPLES;
     let run = (1u << count) - 1u;
     return run << first | run >> (SAMPLES - first);
+}
+
+// Nothing is there where alpha stays below the cutoff.
+fn is_hole(material: Material, uv: vec2<f32>) -> bool {
+    return material.cutoff > 0.0 && texel(material, uv).a * material.base_color.a < material.cutoff;
 }
 
 fn texel(material: Material, uv: vec2<f32>) -> vec4<f32> {

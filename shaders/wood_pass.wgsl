@@ -9,9 +9,20 @@ fn wood_corner(
     @location(3) color: vec3<f32>,
     @location(4) material: u32,
 ) -> Surface {
-    let position_local = moved_wood(rest, instance);
-    let clip = instances[instance].clip_from_local * vec4(position_local, 1.0);
-    return Surface(clip, uv, color, normal, position_local, material, instance, 0u);
+    var surface = wood_surface(instance, rest);
+    surface.uv = uv;
+    surface.color = color;
+    surface.normal = normal;
+    surface.material = material;
+    return surface;
+}
+
+fn wood_surface(instance: u32, rest: vec3<f32>) -> Surface {
+    var surface: Surface;
+    surface.position_local = moved_wood(rest, instance);
+    surface.clip = instances[instance].clip_from_local * vec4(surface.position_local, 1.0);
+    surface.instance = instance;
+    return surface;
 }
 
 @fragment

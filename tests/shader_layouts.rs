@@ -78,7 +78,9 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
                 first_partial,
                 drawn,
                 window,
-                leaf_scale
+                leaf_scale,
+                before,
+                jitter
             ]
         );
         assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size]);
@@ -100,6 +102,8 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
         parsed(&leaf_pass::wgsl(&shadowed, variant));
         parsed(&leaf_pass::shadow_wgsl(&look, variant));
         parsed(&wood_pass::shadow_wgsl(&look, variant));
+        parsed(&leaf_pass::motion_wgsl(&look, variant));
+        parsed(&wood_pass::motion_wgsl(&look, variant));
     }
     for look in [look, shadowed] {
         let module = parsed(&landscape_pass::wgsl(&look));

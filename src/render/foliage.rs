@@ -5,6 +5,7 @@
 //! prepare(frame, instances)                                 each frame: uploads 144 bytes a plant and 8 a run of its leaves
 //! render_before(encoder)                                    each frame with shadows: the shadow map
 //! render(pass)                                              each frame: a few draws a model
+//! render_motion(pass)                                       each frame with motion vectors: as many again
 //! ```
 //!
 //! Every instance has its own active count, with a fraction, and no state: the drawn scales come from the model's timeline
@@ -32,7 +33,12 @@ use super::{
     stems::Stems,
     surface::{Coloring, Target, TargetFormat, layouts, map_layout},
 };
-use crate::{Error, Result, effects::Counts, extract::Swap, model::FoliageModel};
+use crate::{
+    Error, Result,
+    effects::{Counts, Effects},
+    extract::Swap,
+    model::FoliageModel,
+};
 use glam::{DAffine3, DMat4};
 use std::ops::Range;
 
@@ -56,17 +62,27 @@ pub struct Frame {
     pub height_px: u32,
     /// Time of what moves.
     pub seconds: f64,
+    /// How far plants are shifted to the right and down, in pixels: for antialiasing over several frames. What lies behind
+    /// them is not shifted.
+    pub jitter_px: [f64; 2],
+    /// Camera and time of the frame before, from which motion vectors are told; `None` where there is none.
+    pub before: Option<(Camera, f64)>,
 }
 
 impl Frame {
     /// The frame at time 0.
     pub fn new(camera: &Camera, height_px: u32) -> Self {
-        Self { camera: *camera, height_px, seconds: 0.0 }
+        Self { camera: *camera, height_px, seconds: 0.0, jitter_px: [0.0; 2], before: None }
     }
 
     /// The same at another time.
     pub fn at(self, seconds: f64) -> Self {
         Self { seconds, ..self }
+    }
+
+    /// The same as the one that follows `before`.
+    pub fn after(self, before: &Self) -> Self {
+        Self { before: Some((before.camera, before.seconds)), ..self }
     }
 }
 
@@ -84,6 +100,8 @@ pub struct Instance {
     pub model: ModelId,
     /// Where it stands. A transform that is not finite or not invertible hides the plant.
     pub world_from_plant: DAffine3,
+    /// Where it stood in the frame before, for motion vectors; `None` for a plant that stays in its place.
+    pub before: Option<DAffine3>,
     /// Active count with its fraction. Clamped to what the model has; NaN draws the wood alone.
     pub active: f32,
     /// How many leaves at the end of the prefix come and go at once (see [`Transition`](crate::model::Transition)); less
@@ -99,7 +117,7 @@ pub struct Instance {
 impl Instance {
     /// A plant with `active` of its leaves, none of them on its way.
     pub fn new(model: ModelId, world_from_plant: DAffine3, active: f32) -> Self {
-        Self { model, world_from_plant, active, window: 1.0, leaf_scale: 1.0, scales: None }
+        Self { model, world_from_plant, before: None, active, window: 1.0, leaf_scale: 1.0, scales: None }
     }
 }
 
@@ -125,6 +143,7 @@ pub struct FoliageRenderer {
     picture: Layer,
     shadow: Option<ShadowPass>,
     landscape: Option<LandscapePass>,
+    motion: Option<Layer>,
     model_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     models: Vec<ModelBuffers>,
@@ -152,12 +171,23 @@ impl FoliageRenderer {
             model_layout: layouts[0].clone(),
             picture: Layer::new(device, Target::Picture(target), look, layouts, map),
             shadow,
+            motion: None,
             sampler: sampler(device),
             models: Vec::new(),
             facts: Vec::new(),
             scales: buffer(device, "foliage scales", scales, size_of::<f32>() as u64),
             scales_used: 0,
         }
+    }
+
+    /// Also draws motion vectors ([`render_motion`](Self::render_motion)), into targets of this kind: colour of two numbers
+    /// a pixel (`Rg16Float`, `Rg32Float`), one sample.
+    pub fn with_motion(mut self, device: &wgpu::Device, target: TargetFormat) -> Self {
+        let Look { effects, thinnest_px, .. } = self.picture.look;
+        let effects = Effects { wind: effects.wind, fade: effects.fade, ..Effects::default() };
+        let look = Look { effects, thinnest_px, ..Look::default() };
+        self.motion = Some(Layer::new(device, Target::Motion(target), look, layouts(device, &effects), None));
+        self
     }
 
     /// Colours leaves in another way from the next [`prepare`](Self::prepare) on, which compiles the passes anew.
@@ -179,7 +209,8 @@ impl FoliageRenderer {
     /// Names of the passes besides leaves and wood.
     pub fn passes(&self) -> Vec<&'static str> {
         let shadow = self.shadow.iter().map(|_| "shadow map");
-        shadow.chain(self.landscape.iter().map(|_| "landscape")).collect()
+        let motion = self.motion.iter().map(|_| "motion vectors");
+        shadow.chain(self.landscape.iter().map(|_| "landscape")).chain(motion).collect()
     }
 
     /// Labels of the buffers and textures that exist for effects.
@@ -228,6 +259,7 @@ impl FoliageRenderer {
             encoder.copy_buffer_to_buffer(&old, 0, &self.scales, 0, 4 * u64::from(id.first));
             queue.submit([encoder.finish()]);
             self.picture.forget_bindings();
+            self.motion.iter_mut().for_each(Layer::forget_bindings);
             self.shadow.iter_mut().for_each(ShadowPass::forget_bindings);
         }
         self.scales_used += id.leaves;
@@ -285,6 +317,9 @@ impl FoliageRenderer {
             let light_from_eye = eye.light_from_world.map_or(DMat4::IDENTITY, |light| light * to_eye);
             pass.upload(queue, &landscape, &frame, light_from_eye.as_mat4());
         }
+        if let Some(layer) = &mut self.motion {
+            layer.prepare(device, queue, &self.facts, &Eye::of_motion(&frame), instances, &self.scales)?;
+        }
         let mut prepared = self.picture.prepare(device, queue, &self.facts, &eye, instances, &self.scales)?;
         prepared.effects.shadow = shadow;
         Ok(prepared)
@@ -306,6 +341,16 @@ impl FoliageRenderer {
             landscape.render(pass);
         }
         self.picture.render(pass, &self.models);
+    }
+
+    /// Draws motion vectors of what was prepared, where the renderer was made with them
+    /// ([`with_motion`](Self::with_motion)): how far what a pixel shows has moved since the frame before, as a share of the
+    /// picture's width and height, to the right and down; the shift of [`Frame::jitter_px`] is no motion. Clear to 0,
+    /// depth as for the picture. A leaf that grows does not move; what lies behind the plants is left to the caller.
+    pub fn render_motion(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(layer) = &self.motion {
+            layer.render(pass, &self.models);
+        }
     }
 }
 

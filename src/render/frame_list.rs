@@ -16,7 +16,7 @@ use crate::{
     },
     model::{FoliageModel, Leaf, Transition},
 };
-use glam::{DAffine3, DMat4, DVec3, Vec3};
+use glam::{DAffine3, DMat4, DVec2, DVec3, DVec4, Vec3};
 use std::ops::Range;
 
 /// What listing a frame needs to know of a model.
@@ -131,6 +131,8 @@ pub(super) struct FrameList {
     pub(super) sways: Vec<Sway>,
     /// From local space to the light's clip space.
     pub(super) lights: Vec<[[f32; 4]; 4]>,
+    /// Where plants were in the frame before: records and sways, listed behind those of this frame in the end.
+    before: (Vec<InstanceRecord>, Vec<Sway>),
     order: Vec<Place>,
     /// Runs that fade, until the batch's whole runs are listed.
     fading: Vec<Run>,
@@ -140,18 +142,23 @@ impl FrameList {
     /// Lists records, runs and batches, model by model.
     pub(super) fn fill(&mut self, look: &Look, models: &[ModelFacts], eye: &Eye, instances: &[Instance]) -> Prepared {
         self.clear();
-        let moment = look.effects.wind.map(|wind| wind.at(eye.seconds));
+        let moments = look.effects.wind.map(|wind| [eye.seconds, eye.seconds_before()].map(|seconds| wind.at(seconds)));
         let mut prepared = Prepared { effects: Counts::of(&look.effects), ..Prepared::default() };
         self.sort(look, models, eye, instances);
         let mut at = 0;
         while let Some(&Place { model, variant, .. }) = self.order.get(at) {
             let is_alike = |next: &&Place| (next.model, next.variant) == (model, variant);
             let end = at + self.order[at..].iter().take_while(is_alike).count();
-            self.batch(look, models, eye, moment.as_ref(), instances, at..end, &mut prepared);
+            self.batch(look, models, eye, moments.as_ref(), instances, at..end, &mut prepared);
             at = end;
         }
         prepared.instances = self.records.len() as u32;
+        if eye.before.is_some() {
+            (prepared.instances..).zip(&mut self.records).for_each(|(before, record)| record.before = before);
+        }
         prepared.draws += self.wood.len() as u32;
+        self.records.append(&mut self.before.0);
+        self.sways.append(&mut self.before.1);
         prepared
     }
 
@@ -193,7 +200,7 @@ impl FrameList {
         look: &Look,
         models: &[ModelFacts],
         eye: &Eye,
-        moment: Option<&Moment>,
+        moments: Option<&[Moment; 2]>,
         instances: &[Instance],
         range: Range<usize>,
         prepared: &mut Prepared,
@@ -219,8 +226,13 @@ impl FrameList {
                 let kept = effect.kept(instance.active, model.index_ends.len());
                 self.tones.push(Tone { mean: model.mean, kept });
             }
-            if let Some(moment) = moment {
-                self.sways.push(moment.sway(&model.shape, &instance.world_from_plant));
+            if let Some([now, _]) = moments {
+                self.sways.push(now.sway(&model.shape, &instance.world_from_plant));
+            }
+            if let Some(before) = &eye.before {
+                let world_from_plant = instance.before.unwrap_or(instance.world_from_plant);
+                self.before.0.push(before.record(model, &world_from_plant, &record));
+                self.before.1.extend(moments.map(|[_, then]| then.sway(&model.shape, &world_from_plant)));
             }
             if let Some(light_from_world) = eye.light_from_world {
                 let world_from_local = instance.world_from_plant * DAffine3::from_translation(model.center);
@@ -277,6 +289,24 @@ fn count(counts: &mut Counts, record: &InstanceRecord, variant: Variant) {
     }
 }
 
+/// The frame before.
+struct Before {
+    clip_from_world: DMat4,
+    seconds: f64,
+}
+
+impl Before {
+    /// `now` with the place that the plant had; with the one it has where that cannot be drawn.
+    fn record(&self, model: &ModelFacts, world_from_plant: &DAffine3, now: &InstanceRecord) -> InstanceRecord {
+        let world_from_local = *world_from_plant * DAffine3::from_translation(model.center);
+        let clip_from_local = (self.clip_from_world * world_from_local).as_mat4();
+        if !clip_from_local.is_finite() {
+            return *now;
+        }
+        InstanceRecord { clip_from_local: clip_from_local.to_cols_array_2d(), ..*now }
+    }
+}
+
 /// Who looks at a list: the camera of a frame, or the sun.
 pub(super) struct Eye {
     at: DVec3,
@@ -286,6 +316,10 @@ pub(super) struct Eye {
     is_sun: bool,
     near: f64,
     seconds: f64,
+    /// How far the picture is shifted, in clip space.
+    jitter: DVec2,
+    /// The frame before, where motion vectors are drawn.
+    before: Option<Before>,
     /// To the clip space of the sun, where shadows are looked up.
     pub(super) light_from_world: Option<DMat4>,
 }
@@ -294,15 +328,34 @@ impl Eye {
     pub(super) fn new(frame: &Frame) -> Self {
         let Camera { eye, near, .. } = frame.camera;
         let clip_from_camera = frame.camera.clip_from_camera();
+        let [right, down] = frame.jitter_px;
+        let jitter = DVec2::new(right / frame.camera.aspect, -down) * (2.0 / f64::from(frame.height_px));
+        let shift = DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::Z, jitter.extend(0.0).extend(1.0));
+        // An unshifted picture keeps every bit.
+        let clip_from_world = frame.camera.clip_from_world();
+        let shifted = if jitter == DVec2::ZERO { clip_from_world } else { shift * clip_from_world };
         Self {
             at: eye,
-            clip_from_world: frame.camera.clip_from_world(),
+            clip_from_world: shifted,
             pixels: 0.5 * f64::from(frame.height_px) * clip_from_camera.y_axis.y,
             is_sun: false,
             near,
             seconds: frame.seconds,
+            jitter,
+            before: None,
             light_from_world: None,
         }
+    }
+
+    /// The same with the frame before.
+    pub(super) fn of_motion(frame: &Frame) -> Self {
+        let (camera, seconds) = frame.before.unwrap_or((frame.camera, frame.seconds));
+        let before = Before { clip_from_world: camera.clip_from_world(), seconds };
+        Self { before: Some(before), ..Self::new(frame) }
+    }
+
+    fn seconds_before(&self) -> f64 {
+        self.before.as_ref().map_or(self.seconds, |before| before.seconds)
     }
 
     /// The sun's view of a frame, `pixels` of its map to a unit of length.
@@ -356,7 +409,8 @@ impl Eye {
             drawn,
             first_scale: scales.map_or(NO_SCALES, |scales| scales.first),
             leaf_scale: instance.leaf_scale,
-            padding: [0.0; 3],
+            before: 0,
+            jitter: self.jitter.as_vec2().to_array(),
         })
     }
 }

@@ -22,6 +22,13 @@ pub fn shadow_wgsl(look: &Look, variant: Variant) -> String {
     wgsl(look, variant) + include_str!("../../shaders/shadow_pass.wgsl")
 }
 
+/// As [`wgsl`], for motion vectors.
+pub fn motion_wgsl(look: &Look, variant: Variant) -> String {
+    wgsl(look, variant)
+        + include_str!("../../shaders/motion_pass.wgsl")
+        + include_str!("../../shaders/leaf_motion.wgsl")
+}
+
 pub(super) fn pipeline(
     device: &wgpu::Device,
     layouts: &[wgpu::BindGroupLayout],
@@ -34,13 +41,15 @@ pub(super) fn pipeline(
         step_mode: wgpu::VertexStepMode::Instance,
         attributes: &wgpu::vertex_attr_array![0 => Uint32x2],
     };
+    let (wgsl, entry_points) = match target {
+        Target::Picture(_) => (wgsl(look, variant), ["leaf_corner", "leaf_color"]),
+        Target::Shadow => (shadow_wgsl(look, variant), ["leaf_corner", "cast_shadow"]),
+        Target::Motion(_) => (motion_wgsl(look, variant), ["leaf_motion", "motion"]),
+    };
     PassDescription {
         name: "leaf_pass",
-        wgsl: match target {
-            Target::Picture(_) => wgsl(look, variant),
-            Target::Shadow => shadow_wgsl(look, variant),
-        },
-        entry_points: ["leaf_corner", if target == Target::Shadow { "cast_shadow" } else { "leaf_color" }],
+        wgsl,
+        entry_points,
         layouts: bound(layouts, look, variant),
         vertex_buffers: &[Some(runs)],
         surface: Some(look.coloring),

@@ -14,6 +14,9 @@ use std::time::Duration;
 /// Formats and samples of an [`Offscreen`]: four samples a pixel, which every adapter offers.
 pub const TARGET: TargetFormat =
     TargetFormat { color: wgpu::TextureFormat::Rgba8UnormSrgb, depth: wgpu::TextureFormat::Depth32Float, samples: 4 };
+/// Formats of an [`Offscreen`]'s motion vectors, for [`FoliageRenderer::with_motion`].
+pub const MOTION: TargetFormat =
+    TargetFormat { color: wgpu::TextureFormat::Rg32Float, depth: wgpu::TextureFormat::Depth32Float, samples: 1 };
 /// Longest wait for one picture.
 const LONGEST_WAIT: Duration = Duration::from_secs(300);
 
@@ -47,16 +50,17 @@ impl Offscreen {
         use wgpu::TextureUsages as Usage;
         let texture = |format, samples, usage| texture(gpu.device(), size, format, samples, usage);
         let view = |texture: wgpu::Texture| texture.create_view(&Default::default());
+        let resolved = texture(TARGET.color, 1, Usage::RENDER_ATTACHMENT | Usage::COPY_SRC);
         let target = Self {
             samples: view(texture(TARGET.color, TARGET.samples, Usage::RENDER_ATTACHMENT)),
             depth: view(texture(TARGET.depth, TARGET.samples, Usage::RENDER_ATTACHMENT)),
-            resolved: texture(TARGET.color, 1, Usage::RENDER_ATTACHMENT | Usage::COPY_SRC),
             readback: buffer(
                 gpu.device(),
                 "picture",
                 wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                u64::from(row_bytes(size[0])) * u64::from(size[1]),
+                u64::from(row_bytes(size[0], &resolved)) * u64::from(size[1]),
             ),
+            resolved,
             backdrop: Backdrop::new(gpu.device(), TARGET),
             gpu: gpu.clone(),
             size,
@@ -83,27 +87,74 @@ impl Offscreen {
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
         self.encode(&mut encoder, foliage);
         let [width, height] = self.size;
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes(width)), rows_per_image: None };
+        let rgba = self.read(encoder, &self.resolved, &self.readback)?;
+        Ok(Image { width, height, rgba })
+    }
+
+    /// Motion vectors of what `foliage` has prepared, row by row from the top, as
+    /// [`render_motion`](FoliageRenderer::render_motion) tells them; 0 where there is no plant. The renderer must have been
+    /// made with those of kind [`MOTION`]; from another come zeros alone.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] when the device fails or does not answer.
+    pub fn motion(&self, foliage: &FoliageRenderer) -> Result<Vec<[f32; 2]>> {
+        use wgpu::{BufferUsages, TextureUsages as Usage};
+        let device = self.gpu.device();
+        let vectors = texture(device, self.size, MOTION.color, 1, Usage::RENDER_ATTACHMENT | Usage::COPY_SRC);
+        let depth = texture(device, self.size, MOTION.depth, 1, Usage::RENDER_ATTACHMENT);
+        let bytes = u64::from(row_bytes(self.size[0], &vectors)) * u64::from(self.size[1]);
+        let readback = buffer(device, "motion vectors", BufferUsages::COPY_DST | BufferUsages::MAP_READ, bytes);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("motion vectors"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &vectors.create_view(&Default::default()),
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })],
+                depth_stencil_attachment: Some(cleared(&depth.create_view(&Default::default()))),
+                ..Default::default()
+            });
+            foliage.render_motion(&mut pass);
+        }
+        let bytes = self.read(encoder, &vectors, &readback)?;
+        Ok(bytes.chunks_exact(size_of::<[f32; 2]>()).map(bytemuck::pod_read_unaligned).collect())
+    }
+
+    /// Runs what was encoded, then brings a picture-sized texture into memory.
+    fn read(
+        &self,
+        mut encoder: wgpu::CommandEncoder,
+        from: &wgpu::Texture,
+        readback: &wgpu::Buffer,
+    ) -> Result<Vec<u8>> {
+        let stride = row_bytes(self.size[0], from);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(stride), rows_per_image: None };
         encoder.copy_texture_to_buffer(
-            self.resolved.as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            from.as_image_copy(),
+            wgpu::TexelCopyBufferInfo { buffer: readback, layout },
+            from.size(),
         );
         let submission = self.gpu.queue().submit([encoder.finish()]);
         // What becomes of the mapping shows when it is read.
-        self.readback.map_async(wgpu::MapMode::Read, .., |_| {});
+        readback.map_async(wgpu::MapMode::Read, .., |_| {});
         self.wait(submission)?;
-        let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
+        let row = (self.size[0] * texel_bytes(from)) as usize;
+        let mut bytes = Vec::with_capacity(row * self.size[1] as usize);
         {
-            let mapped = self.readback.get_mapped_range(..);
+            let mapped = readback.get_mapped_range(..);
             let mapped = mapped.map_err(|error| gpu_error(format!("picture cannot be read: {}", one_line(&error))))?;
-            for row in mapped.chunks_exact(row_bytes(width) as usize) {
-                rgba.extend_from_slice(&row[..4 * width as usize]);
+            for padded in mapped.chunks_exact(stride as usize) {
+                bytes.extend_from_slice(&padded[..row]);
             }
         }
-        self.readback.unmap();
-        Ok(Image { width, height, rgba })
+        readback.unmap();
+        Ok(bytes)
     }
 
     fn encode(&self, encoder: &mut wgpu::CommandEncoder, foliage: &FoliageRenderer) {
@@ -117,11 +168,7 @@ impl Offscreen {
                 resolve_target: Some(&resolved),
                 ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
             })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
-                stencil_ops: None,
-            }),
+            depth_stencil_attachment: Some(cleared(&self.depth)),
             ..Default::default()
         });
         self.backdrop.render(&mut pass);
@@ -138,8 +185,21 @@ impl Offscreen {
 }
 
 /// Bytes from one row to the next in a buffer that a texture is copied to.
-fn row_bytes(width: u32) -> u32 {
-    (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+fn row_bytes(width: u32, texture: &wgpu::Texture) -> u32 {
+    (texel_bytes(texture) * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+}
+
+fn texel_bytes(texture: &wgpu::Texture) -> u32 {
+    texture.format().block_copy_size(None).unwrap_or(4)
+}
+
+/// Reversed depth, of use to this pass alone.
+fn cleared(depth: &wgpu::TextureView) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view: depth,
+        depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+        stencil_ops: None,
+    }
 }
 
 pub(super) fn texture(

@@ -21,6 +21,8 @@ pub(super) enum Target {
     Picture(TargetFormat),
     /// The shadow map: depth alone, less is nearer to the sun.
     Shadow,
+    /// Motion vectors: two numbers a pixel.
+    Motion(TargetFormat),
 }
 
 /// What leaves look like.
@@ -82,8 +84,10 @@ pub struct InstanceRecord {
     pub window: f32,
     /// Factor on every leaf's drawn scale.
     pub leaf_scale: f32,
-    /// Up to a multiple of 16 bytes.
-    pub padding: [f32; 3],
+    /// Number of the record that tells where the plant was in the frame before; 0 where no motion vectors are drawn.
+    pub before: u32,
+    /// How far the picture is shifted, in clip space.
+    pub jitter: [f32; 2],
 }
 
 /// The plant keeps no drawn scales of its own: the timeline tells them.
@@ -195,7 +199,8 @@ impl PassDescription<'_> {
             immediate_size: 0,
         });
         let (color, depth, samples) = match target.into() {
-            Target::Picture(TargetFormat { color, depth, samples }) => (Some(color), depth, samples),
+            Target::Picture(TargetFormat { color, depth, samples })
+            | Target::Motion(TargetFormat { color, depth, samples }) => (Some(color), depth, samples),
             Target::Shadow => (None, ShadowMap::FORMAT, 1),
         };
         let is_encoded = color.is_some_and(|color| !color.is_srgb());

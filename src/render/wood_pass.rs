@@ -16,6 +16,13 @@ pub fn shadow_wgsl(look: &Look, variant: Variant) -> String {
     wgsl(look, variant) + include_str!("../../shaders/shadow_pass.wgsl")
 }
 
+/// As [`wgsl`], for motion vectors.
+pub fn motion_wgsl(look: &Look, variant: Variant) -> String {
+    wgsl(look, variant)
+        + include_str!("../../shaders/motion_pass.wgsl")
+        + include_str!("../../shaders/wood_motion.wgsl")
+}
+
 pub(super) fn pipeline(
     device: &wgpu::Device,
     layouts: &[wgpu::BindGroupLayout],
@@ -28,13 +35,15 @@ pub(super) fn pipeline(
         step_mode: wgpu::VertexStepMode::Vertex,
         attributes: &WoodVertex::ATTRIBUTES,
     };
+    let (wgsl, entry_points) = match target {
+        Target::Picture(_) => (wgsl(look, variant), ["wood_corner", "wood_color"]),
+        Target::Shadow => (shadow_wgsl(look, variant), ["wood_corner", "cast_shadow"]),
+        Target::Motion(_) => (motion_wgsl(look, variant), ["wood_motion", "motion"]),
+    };
     PassDescription {
         name: "wood_pass",
-        wgsl: match target {
-            Target::Picture(_) => wgsl(look, variant),
-            Target::Shadow => shadow_wgsl(look, variant),
-        },
-        entry_points: ["wood_corner", if target == Target::Shadow { "cast_shadow" } else { "wood_color" }],
+        wgsl,
+        entry_points,
         layouts: bound(layouts, look, variant),
         vertex_buffers: &[Some(vertices)],
         surface: Some(Coloring::Picture),

@@ -1,0 +1,7 @@
+// Corners of leaves for motion_pass.
+
+@vertex
+fn leaf_motion(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>) -> Moving {
+    let before = vec2(instances[item.x].before, item.y);
+    return moving(leaf_surface(corner, item), leaf_surface(corner, before));
+}

@@ -1,0 +1,14 @@
+// Corners of trunks and branches for motion_pass.
+
+@vertex
+fn wood_motion(
+    @builtin(instance_index) instance: u32,
+    @location(0) rest: vec3<f32>,
+    @location(2) uv: vec2<f32>,
+    @location(4) material: u32,
+) -> Moving {
+    var now = wood_surface(instance, rest);
+    now.uv = uv;
+    now.material = material;
+    return moving(now, wood_surface(instances[instance].before, rest));
+}
