@@ -53,7 +53,9 @@ fn the_papers_figures_are_measured_and_written() {
 #[test]
 fn without_an_adapter_the_report_says_what_it_needs() {
     let folder = tempfile::tempdir().unwrap();
-    let output = report(folder.path(), Some("no such adapter"));
+    let unmade = folder.path().join("unmade");
+    let output = report(&unmade, Some("no such adapter"));
+    assert!(!unmade.exists(), "an empty folder is left");
     assert_eq!(output.status.code(), Some(1));
     let message = String::from_utf8(output.stderr).unwrap();
     let told = message.lines().find(|line| line.starts_with("error: ") && !line.contains("XDG")).unwrap();
@@ -120,4 +122,29 @@ fn what_cannot_be_reported_is_refused_in_one_line() {
         let told: Vec<&str> = message.lines().filter(|line| !line.contains("XDG_RUNTIME_DIR")).collect();
         assert!(!output.status.success() && told.len() == 1 && told[0].contains(says), "{arguments:?}: {message}");
     }
+}
+
+#[test]
+fn a_scenes_report_tells_what_each_effect_and_motion_vectors_cost() {
+    if gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("pair.toml");
+    let text = "[[models]]\nname = \"birch\"\nspecies = \"betula-populifolia\"\nleaves = 120\n\n\
+                [[plants]]\nmodel = \"birch\"\n\n[camera]\ntarget = [0, 6, 0]\nfov = 40\n\n\
+                [camera.orbit]\ndistance = 22\nheight = 3\nseconds = 12\n\n[effects]\nwind = true\nsky = true\n";
+    fs::write(&scene, text).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
+    let output = command.args(["report", "--json", "-o"]).arg(folder.path()).arg(&scene).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = json["scenes"].as_array().unwrap();
+    let names: Vec<&str> = rows.iter().map(|row| row["drawn"].as_str().unwrap()).collect();
+    assert_eq!(names, ["every leaf, no effects", "no effects", "wind", "sky", "all effects", "motion vectors"]);
+    assert!(rows.iter().all(|row| row["plants"] == 1 && row["frame_seconds"].as_f64().unwrap() > 0.0), "{rows:?}");
+    assert!(rows[0]["leaves"] == 120 && rows[1]["effect_bytes"] == 0, "{rows:?}");
+    assert!(rows[5]["effect_bytes"].as_u64().unwrap() > 640 * 360 * 8, "{rows:?}");
+    let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("wind off and on") && page.contains("motion vectors off and on"));
 }

@@ -95,8 +95,12 @@ fn section(page: &mut String, report: &PlantReport) -> Result<()> {
 }
 
 fn scene_section(page: &mut String, scene: &SceneReport) -> Result<()> {
-    let _ =
-        write!(page, "<h2>{}: {} plants</h2><table class=\"sorts\"><thead><tr>", escaped(&scene.name), scene.plants);
+    let _ = write!(
+        page,
+        "<h2>Scene {}, plants: {}</h2><table class=\"sorts\"><thead><tr>",
+        escaped(&scene.name),
+        scene.plants
+    );
     let heads = [
         "drawn",
         "frame ms",
@@ -134,11 +138,19 @@ fn scene_section(page: &mut String, scene: &SceneReport) -> Result<()> {
     page.push_str(
         "</tbody></table><p class=\"note\">Frames of all rows were drawn in turns along the scene's camera path; the median \
          counts. What was simulated and skipped is told for the first frame, in leaves for fade and in plants for the \
-         others.</p><div class=\"plots\">",
+         others. Motion vectors have colours: grey stands still, red goes right, green down, in full at four pixels a \
+         frame.</p><div class=\"plots\">",
     );
-    for cost in &scene.costs {
+    for (number, cost) in scene.costs.iter().enumerate() {
+        // What is switched on stands beside the same frame without it.
+        let off = scene.costs.get(1).filter(|_| number > 1);
+        let (shown, caption) = match off {
+            Some(off) => (&Image::side_by_side(&[off.image.clone(), cost.image.clone()], 4), "off and on"),
+            None => (&cost.image, ""),
+        };
+        let caption = format!("{} {caption}", cost.name);
         let _ =
-            write!(page, "<figure>{}<figcaption>{}</figcaption></figure>", embedded(&cost.image)?, escaped(&cost.name));
+            write!(page, "<figure>{}<figcaption>{}</figcaption></figure>", embedded(shown)?, escaped(caption.trim()));
     }
     page.push_str("</div>");
     Ok(())

@@ -12,12 +12,14 @@ use crate::{
         foliage::{FoliageRenderer, Frame, Instance, ModelId},
         image::Image,
         look::Look,
-        offscreen::{Offscreen, TARGET},
+        offscreen::{MOTION, Offscreen, TARGET},
     },
 };
 use glam::DAffine3;
 use std::time::{Duration, Instant};
 
+/// Pixels from frame to frame that show motion in full colour.
+const FULL_PX: f32 = 4.0;
 /// Past this no further round of a shot is begun.
 const LONGEST_ROUNDS: Duration = Duration::from_secs(10);
 
@@ -50,6 +52,8 @@ pub struct Case {
     pub look: Look,
     /// At the level of detail; else every leaf.
     pub has_lod: bool,
+    /// With motion vectors, which are shown in place of the picture.
+    pub has_motion: bool,
 }
 
 /// What a case costs.
@@ -66,7 +70,7 @@ pub struct Cost {
     pub wood_triangles: u64,
     /// Plants in view, mean over the shots.
     pub plants: u64,
-    /// Bytes of what exists for effects alone.
+    /// Bytes of what exists for effects alone, the targets of motion vectors included.
     pub effect_bytes: u64,
     /// In the first shot.
     pub effects: Counts,
@@ -74,20 +78,23 @@ pub struct Cost {
     pub image: Image,
 }
 
-/// Without effects and with every leaf, without effects at the level of detail, with each effect that is on alone, and with
-/// all of them.
+/// Without effects and with every leaf, without effects at the level of detail, with each effect that is on alone, with all
+/// of them, and with motion vectors.
 pub fn cases(look: &Look) -> Vec<Case> {
     let with = |effects: Effects| Look { effects, ..*look };
     let (none, on) = (Effects::default(), look.effects);
-    let case = |name: &str, effects: Effects| Case { name: name.into(), look: with(effects), has_lod: true };
-    let mut cases = vec![
-        Case { name: "every leaf, no effects".into(), look: with(none), has_lod: false },
-        case("no effects", none),
-    ];
+    let case = |name: &str, effects: Effects| Case {
+        name: name.into(),
+        look: with(effects),
+        has_lod: true,
+        has_motion: false,
+    };
+    let mut cases = vec![Case { has_lod: false, ..case("every leaf, no effects", none) }, case("no effects", none)];
     cases.extend(on.each().map(|(name, alone)| case(name, alone)));
     if cases.len() > 3 {
         cases.push(case("all effects", on));
     }
+    cases.push(Case { has_motion: true, ..case("motion vectors", none) });
     cases
 }
 
@@ -128,18 +135,28 @@ pub fn measure(
         for (case, drawer) in drawers.iter_mut().enumerate() {
             times[case].push(median(&mut of_shot[case]));
             let prepared = drawer.prepare(gpu, shot)?;
-            costs[case].leaves += prepared.leaves / shots.len() as u64;
-            costs[case].wood_triangles += prepared.wood_triangles / shots.len() as u64;
-            costs[case].plants += u64::from(prepared.instances) / shots.len() as u64;
+            costs[case].leaves += prepared.leaves;
+            costs[case].wood_triangles += prepared.wood_triangles;
+            costs[case].plants += u64::from(prepared.instances);
         }
         advance(((number + 1) * cases.len()) as f64 / total)?;
     }
     let first = times[0].clone();
     for (cost, times) in costs.iter_mut().zip(&times) {
         let mut ratios: Vec<f64> = times.iter().zip(&first).map(|(time, first)| time / first).collect();
+        for sum in [&mut cost.leaves, &mut cost.wood_triangles, &mut cost.plants] {
+            *sum /= shots.len() as u64;
+        }
         (cost.ratio, cost.frame_seconds) = (median(&mut ratios), median(&mut times.clone()));
     }
     Ok(costs)
+}
+
+/// Motion vectors as colours: grey stands still, red goes right, green down, in full at [`FULL_PX`].
+fn shown(vectors: &[[f32; 2]], picture: &Image) -> Image {
+    let side = [picture.width as f32, picture.height as f32];
+    let level = |i: usize, share: f32| (127.5 * (1.0 + (share * side[i] / FULL_PX).clamp(-1.0, 1.0))) as u8;
+    Image { rgba: vectors.iter().flat_map(|v| [level(0, v[0]), level(1, v[1]), 127, 255]).collect(), ..*picture }
 }
 
 /// A renderer of one case.
@@ -152,6 +169,9 @@ struct Drawer<'a> {
 impl<'a> Drawer<'a> {
     fn new(gpu: &GpuDevice, models: &[FoliageModel], case: &'a Case) -> Result<Self> {
         let mut foliage = FoliageRenderer::with_look(gpu.device(), TARGET, case.look);
+        if case.has_motion {
+            foliage = foliage.with_motion(gpu.device(), MOTION);
+        }
         let ids = models.iter().map(|model| foliage.add_model(gpu.device(), gpu.queue(), model));
         let ids = ids.collect::<Result<_>>()?;
         Ok(Self { case, foliage, ids })
@@ -170,12 +190,23 @@ impl<'a> Drawer<'a> {
         let started = Instant::now();
         self.prepare(gpu, shot)?;
         target.draw(&self.foliage)?;
+        if self.case.has_motion {
+            target.motion(&self.foliage)?;
+        }
         Ok(started.elapsed().as_secs_f64())
     }
 
     /// What is known from one frame, which also warms up.
     fn first_cost(&mut self, gpu: &GpuDevice, target: &Offscreen, shot: &Shot) -> Result<Cost> {
         let effects = self.prepare(gpu, shot)?.effects;
+        let mut image = target.picture(&self.foliage)?;
+        let mut motion_bytes = 0;
+        if self.case.has_motion {
+            let vectors = target.motion(&self.foliage)?;
+            // Two numbers and a depth.
+            motion_bytes = vectors.len() as u64 * 3 * size_of::<f32>() as u64;
+            image = shown(&vectors, &image);
+        }
         Ok(Cost {
             name: self.case.name.clone(),
             frame_seconds: f64::NAN,
@@ -183,9 +214,9 @@ impl<'a> Drawer<'a> {
             leaves: 0,
             wood_triangles: 0,
             plants: 0,
-            effect_bytes: self.foliage.effect_bytes(),
+            effect_bytes: self.foliage.effect_bytes() + motion_bytes,
             effects,
-            image: target.picture(&self.foliage)?,
+            image,
         })
     }
 }

@@ -29,9 +29,9 @@ const GAP_PX: u32 = 8;
 /// Runs the subcommand.
 pub fn run(args: &args::Report) -> Result<(), Failure> {
     let folder = &args.output;
+    let gpu = GpuDevice::new(&GpuOptions::from_env()).map_err(needs_adapter)?;
     std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
     check_writable(folder.join("paper.csv"))?;
-    let gpu = GpuDevice::new(&GpuOptions::from_env()).map_err(needs_adapter)?;
     let mut steps = Steps::new(args.json);
     let models = SPECIES.iter().map(|name| model(name, args, &mut steps)).collect::<Result<Vec<_>, Failure>>()?;
     let report = spinning("measuring", || PaperReport::measure(&gpu, &models, args.size, |_| {}))?;

@@ -23,6 +23,8 @@ use std::path::Path;
 const SHOTS: u32 = 3;
 const SECONDS_BETWEEN: f64 = 10.0;
 const ROUNDS: usize = 3;
+/// From one frame to the next, for motion vectors.
+const FRAME_SECONDS: f64 = 1.0 / 60.0;
 /// Width and height of a frame.
 const SIZE: [u32; 2] = [640, 360];
 
@@ -51,7 +53,12 @@ pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<
 }
 
 fn shot(opened: &mut Opened, seconds: f64) -> Shot {
-    let camera = opened.camera(seconds, f64::from(SIZE[0]) / f64::from(SIZE[1]));
+    let frame = |seconds| {
+        let camera = opened.camera(seconds, f64::from(SIZE[0]) / f64::from(SIZE[1]));
+        Frame::new(&camera, SIZE[1]).at(seconds)
+    };
+    let (before, frame) = (frame(seconds), frame(seconds + FRAME_SECONDS));
+    let camera = frame.camera;
     let viewer = camera.viewer(SIZE[1] as f32);
     let seen = |shown: Vec<Shown>| -> Vec<Seen> {
         let seen =
@@ -59,7 +66,7 @@ fn shot(opened: &mut Opened, seconds: f64) -> Shot {
         shown.iter().map(seen).collect()
     };
     let mut both = |viewer| [true, false].map(|full| seen(opened.shown(viewer, full)));
-    Shot { frame: Frame::new(&camera, SIZE[1]).at(seconds), seen: both(&viewer), casters: both(&viewer.all_around()) }
+    Shot { frame: frame.after(&before), seen: both(&viewer), casters: both(&viewer.all_around()) }
 }
 
 /// One object for each case.
