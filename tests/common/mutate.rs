@@ -1,6 +1,41 @@
 //! Damage to bytes, text and JSON, the same for the same seed on every run.
 
 use serde_json::{Value, json};
+use std::{
+    collections::BTreeMap,
+    sync::mpsc::{RecvTimeoutError, channel},
+    time::{Duration, Instant},
+};
+
+/// Cases of each kind unless the environment says otherwise.
+const CASES: u64 = 5000;
+/// The longest that one case may take.
+const LIMIT: Duration = Duration::from_secs(1);
+
+/// Lets `run` try each case and say in a word how it ended; with at least [`CASES`] of them each outcome of `expected` occurs.
+pub fn survive(kind: &str, expected: &[&str], run: impl Fn(&mut Random) -> &'static str + Send + 'static) {
+    let cases = std::env::var("FOLIAGE_FUZZ_CASES").map_or(CASES, |cases| cases.parse().expect("a number of cases"));
+    let started = Instant::now();
+    let (sender, receiver) = channel();
+    let worker = std::thread::spawn(move || {
+        for case in 0..cases {
+            sender.send(run(&mut Random::new(case))).unwrap();
+        }
+    });
+    let mut outcomes: BTreeMap<&str, u64> = BTreeMap::new();
+    let ended = loop {
+        match receiver.recv_timeout(LIMIT) {
+            Ok(outcome) => *outcomes.entry(outcome).or_default() += 1,
+            Err(ended) => break ended,
+        }
+    };
+    let done: u64 = outcomes.values().sum();
+    assert_eq!(ended, RecvTimeoutError::Disconnected, "case {done} of {kind} takes more than {LIMIT:?}");
+    assert!(worker.join().is_ok(), "case {done} of {kind} panics");
+    println!("{kind}: {done} cases in {:.1} s: {outcomes:?}", started.elapsed().as_secs_f64());
+    let missing = expected.iter().find(|outcome| !outcomes.contains_key(*outcome));
+    assert!(cases < CASES || missing.is_none(), "no case of {kind} ended as {missing:?}: {outcomes:?}");
+}
 
 /// Values at which counts, offsets and floats tend to break.
 const NOTABLE: [u64; 21] = [
