@@ -15,6 +15,7 @@ use foliage_lod::{
         device::GpuDevice,
         foliage::{FoliageRenderer, Frame, Instance, ModelId},
         image::Image,
+        landscape_pass::Ground,
         look::Look,
         offscreen::{MOTION, Offscreen, TARGET},
         surface::Coloring,
@@ -161,6 +162,34 @@ fn a_turning_camera_moves_every_pixel_as_its_ray_turns_shifted_or_not() {
     }
     let [plain, shifted] = [[0.0; 2], [0.3, -0.45]].map(|jitter_px| stage.draw(Frame { jitter_px, ..still }, plant).0);
     assert_ne!(plain.rgba, shifted.rgba, "the picture itself is shifted");
+}
+
+#[test]
+fn sky_and_ground_move_as_the_camera_does() {
+    let ground = Ground { color: [0.2, 0.3, 0.1], height: -1.0, haze: 300.0 };
+    let Some(mut stage) = Stage::new(Look { ground: Some(ground), ..Look::default() }) else { return };
+    let eye = DVec3::new(1e5, 2.0, -3e4);
+    let camera = Camera { eye, target: eye + DVec3::new(0.2, -0.3, -1.0), ..stage.camera };
+    let before = Camera { eye: eye + DVec3::new(0.3, 0.1, 0.2), target: eye + DVec3::new(0.6, -0.2, -1.0), ..camera };
+    let frame = Frame::new(&camera, SIZE[1]).after(&Frame::new(&before, SIZE[1]));
+    stage.foliage.prepare(stage.gpu.device(), stage.gpu.queue(), frame, &[]).unwrap();
+    let vectors = stage.target.motion(&stage.foliage).unwrap();
+    let mut seen = [0, 0];
+    for (at, pixel) in pixels() {
+        let place = pixel / size();
+        let ndc = (place * 2.0 - 1.0) * DVec2::new(1.0, -1.0);
+        let near = Camera { eye: DVec3::ZERO, target: camera.target - eye, ..camera };
+        let ray = near.clip_from_world().inverse().project_point3(ndc.extend(0.5));
+        let is_ground = ray.y < 0.0;
+        let met = ray * ((eye.y - ground.height) / -ray.y);
+        let point = if is_ground { (met + eye).extend(1.0) } else { ray.extend(0.0) };
+        let then = before.clip_from_world() * point;
+        let expected = place - (DVec2::new(then.x, -then.y) / then.w * 0.5 + 0.5);
+        let found = DVec2::new(vectors[at][0].into(), vectors[at][1].into());
+        assert!((found - expected).length() < 1e-4, "{pixel}: {found} instead of {expected}");
+        seen[usize::from(is_ground)] += 1;
+    }
+    assert!(seen.iter().all(|pixels| *pixels > 10_000), "{seen:?}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use foliage_lod::{
         backdrop_pass,
         fragment_pass::{self, MaskHeader, Params},
         frame_list::Tone,
+        landscape_motion::{self, MotionRays},
         landscape_pass::{self, LandscapeRecord},
         leaf_pass,
         look::{Look, Variant},
@@ -104,6 +105,10 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
         parsed(&wood_pass::shadow_wgsl(&look, variant));
         parsed(&leaf_pass::motion_wgsl(&look, variant));
         parsed(&wood_pass::motion_wgsl(&look, variant));
+    }
+    for has_ground in [false, true] {
+        let module = parsed(&landscape_motion::wgsl(has_ground));
+        assert_layout!(&module, MotionRays, "Rays", [right, eye_height, up, forward, before_from_eye]);
     }
     for look in [look, shadowed] {
         let module = parsed(&landscape_pass::wgsl(&look));

@@ -24,6 +24,7 @@ use super::{
     camera::Camera,
     effect_buffers::EffectBuffers,
     frame_list::{Eye, ModelFacts},
+    landscape_motion::LandscapeMotion,
     landscape_pass::LandscapePass,
     layer::Layer,
     look::{Look, Variant},
@@ -144,6 +145,7 @@ pub struct FoliageRenderer {
     shadow: Option<ShadowPass>,
     landscape: Option<LandscapePass>,
     motion: Option<Layer>,
+    landscape_motion: Option<LandscapeMotion>,
     model_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     models: Vec<ModelBuffers>,
@@ -172,6 +174,7 @@ impl FoliageRenderer {
             picture: Layer::new(device, Target::Picture(target), look, layouts, map),
             shadow,
             motion: None,
+            landscape_motion: None,
             sampler: sampler(device),
             models: Vec::new(),
             facts: Vec::new(),
@@ -186,6 +189,8 @@ impl FoliageRenderer {
         let Look { effects, thinnest_px, .. } = self.picture.look;
         let effects = Effects { wind: effects.wind, fade: effects.fade, ..Effects::default() };
         let look = Look { effects, thinnest_px, ..Look::default() };
+        self.landscape_motion =
+            self.picture.look.landscape().map(|landscape| LandscapeMotion::new(device, target, &landscape));
         self.motion = Some(Layer::new(device, Target::Motion(target), look, layouts(device, &effects), None));
         self
     }
@@ -317,6 +322,9 @@ impl FoliageRenderer {
             let light_from_eye = eye.light_from_world.map_or(DMat4::IDENTITY, |light| light * to_eye);
             pass.upload(queue, &landscape, &frame, light_from_eye.as_mat4());
         }
+        if let (Some(pass), Some(landscape)) = (&self.landscape_motion, self.picture.look.landscape()) {
+            pass.upload(queue, &landscape, &frame);
+        }
         if let Some(layer) = &mut self.motion {
             layer.prepare(device, queue, &self.facts, &Eye::of_motion(&frame), instances, &self.scales)?;
         }
@@ -346,8 +354,12 @@ impl FoliageRenderer {
     /// Draws motion vectors of what was prepared, where the renderer was made with them
     /// ([`with_motion`](Self::with_motion)): how far what a pixel shows has moved since the frame before, as a share of the
     /// picture's width and height, to the right and down; the shift of [`Frame::jitter_px`] is no motion. Clear to 0,
-    /// depth as for the picture. A leaf that grows does not move; what lies behind the plants is left to the caller.
+    /// depth as for the picture. A leaf that grows does not move. Sky and ground are told where
+    /// the renderer draws them.
     pub fn render_motion(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(landscape) = &self.landscape_motion {
+            landscape.render(pass);
+        }
         if let Some(layer) = &self.motion {
             layer.render(pass, &self.models);
         }

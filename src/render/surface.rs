@@ -189,6 +189,7 @@ pub(super) struct PassDescription<'a> {
 
 impl PassDescription<'_> {
     pub(super) fn pipeline(self, device: &wgpu::Device, target: impl Into<Target>) -> wgpu::RenderPipeline {
+        let target = target.into();
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(self.name),
             source: wgpu::ShaderSource::Wgsl(self.wgsl.into()),
@@ -198,7 +199,7 @@ impl PassDescription<'_> {
             bind_group_layouts: &self.layouts,
             immediate_size: 0,
         });
-        let (color, depth, samples) = match target.into() {
+        let (color, depth, samples) = match target {
             Target::Picture(TargetFormat { color, depth, samples })
             | Target::Motion(TargetFormat { color, depth, samples }) => (Some(color), depth, samples),
             Target::Shadow => (None, ShadowMap::FORMAT, 1),
@@ -212,7 +213,11 @@ impl PassDescription<'_> {
             ("COLORING", f64::from(coloring.number())),
         ];
         let compilation_options = wgpu::PipelineCompilationOptions {
-            constants: if is_surface { &constants } else { &constants[..1] },
+            constants: match (is_surface, target) {
+                (true, _) => &constants,
+                (false, Target::Motion(_)) => &[],
+                (false, _) => &constants[..1],
+            },
             ..Default::default()
         };
         // Coverage goes to samples, not to the target's alpha.
