@@ -7,6 +7,7 @@ mod common;
 
 use common::gpu::gpu;
 use foliage_lod::{
+    Error,
     effects::{Effects, Wind},
     grow::{GrowOptions, Species, grow},
     model::FoliageModel,
@@ -18,7 +19,7 @@ use foliage_lod::{
         landscape_pass::Ground,
         look::Look,
         offscreen::{MOTION, Offscreen, TARGET},
-        surface::Coloring,
+        surface::{Coloring, InstanceRecord},
     },
     simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
 };
@@ -190,6 +191,24 @@ fn sky_and_ground_move_as_the_camera_does() {
         seen[usize::from(is_ground)] += 1;
     }
     assert!(seen.iter().all(|pixels| *pixels > 10_000), "{seen:?}");
+}
+
+#[test]
+fn more_plants_than_fit_are_an_error_and_nothing_of_an_earlier_frame_is_drawn() {
+    let Some(mut stage) = Stage::new(Look::default()) else { return };
+    let (frame, plant) = (Frame::new(&stage.camera, SIZE[1]), stage.plant());
+    let (seen, _) = stage.draw(frame, plant);
+    let limits = stage.gpu.device().limits();
+    let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / size_of::<InstanceRecord>() as u64;
+    // Motion vectors list each plant twice: these fit the picture's buffers alone.
+    let hidden = Instance { active: 0.0, ..plant };
+    let many = vec![hidden; usize::try_from(room / 2 + 1).unwrap()];
+    let error = stage.foliage.prepare(stage.gpu.device(), stage.gpu.queue(), frame, &many).unwrap_err();
+    assert!(matches!(error, Error::TooLarge { .. }), "{error}");
+    let none = stage.target.picture(&stage.foliage).unwrap();
+    assert!(none.rgba != seen.rgba && stage.target.motion(&stage.foliage).unwrap().iter().all(|v| *v == [0.0; 2]));
+    stage.foliage.prepare(stage.gpu.device(), stage.gpu.queue(), frame, &[]).unwrap();
+    assert_eq!(none.rgba, stage.target.picture(&stage.foliage).unwrap().rgba);
 }
 
 #[test]

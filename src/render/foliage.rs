@@ -309,24 +309,40 @@ impl FoliageRenderer {
         instances: &[Instance],
         casters: &[Instance],
     ) -> Result<Prepared> {
-        let frame = frame.into();
-        let mut eye = Eye::new(&frame);
+        let listed = self.list(device, queue, &frame.into(), instances, casters);
+        if listed.is_err() {
+            self.picture.clear();
+            self.motion.iter_mut().for_each(Layer::clear);
+            self.shadow.iter_mut().for_each(ShadowPass::clear);
+        }
+        listed
+    }
+
+    fn list(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: &Frame,
+        instances: &[Instance],
+        casters: &[Instance],
+    ) -> Result<Prepared> {
+        let mut eye = Eye::new(frame);
         let mut shadow = None;
         if let Some(pass) = &mut self.shadow {
-            let (light_from_world, count) = pass.prepare(device, queue, &self.facts, &frame, casters, &self.scales)?;
+            let (light_from_world, count) = pass.prepare(device, queue, &self.facts, frame, casters, &self.scales)?;
             eye.light_from_world = Some(light_from_world);
             shadow = Some(count);
         }
         if let (Some(pass), Some(landscape)) = (&self.landscape, self.picture.look.landscape()) {
             let to_eye = DMat4::from_translation(frame.camera.eye);
             let light_from_eye = eye.light_from_world.map_or(DMat4::IDENTITY, |light| light * to_eye);
-            pass.upload(queue, &landscape, &frame, light_from_eye.as_mat4());
+            pass.upload(queue, &landscape, frame, light_from_eye.as_mat4());
         }
         if let (Some(pass), Some(landscape)) = (&self.landscape_motion, self.picture.look.landscape()) {
-            pass.upload(queue, &landscape, &frame);
+            pass.upload(queue, &landscape, frame);
         }
         if let Some(layer) = &mut self.motion {
-            layer.prepare(device, queue, &self.facts, &Eye::of_motion(&frame), instances, &self.scales)?;
+            layer.prepare(device, queue, &self.facts, &Eye::of_motion(frame), instances, &self.scales)?;
         }
         let mut prepared = self.picture.prepare(device, queue, &self.facts, &eye, instances, &self.scales)?;
         prepared.effects.shadow = shadow;
@@ -354,8 +370,7 @@ impl FoliageRenderer {
     /// Draws motion vectors of what was prepared, where the renderer was made with them
     /// ([`with_motion`](Self::with_motion)): how far what a pixel shows has moved since the frame before, as a share of the
     /// picture's width and height, to the right and down; the shift of [`Frame::jitter_px`] is no motion. Clear to 0,
-    /// depth as for the picture. A leaf that grows does not move. Sky and ground are told where
-    /// the renderer draws them.
+    /// depth as for the picture. A leaf that grows does not move. Sky and ground are told where the renderer draws them.
     pub fn render_motion(&self, pass: &mut wgpu::RenderPass<'_>) {
         if let Some(landscape) = &self.landscape_motion {
             landscape.render(pass);

@@ -1,11 +1,10 @@
 //! Motion vectors of sky and ground, for renderers that draw both.
 
 use super::{
-    buffers::buffer,
     foliage::Frame,
     landscape_pass::{Landscape, Rays},
     shader::ShaderSource,
-    surface::{PassDescription, Target, TargetFormat, buffer_binding, layout},
+    surface::{PassDescription, Target, TargetFormat, uniform},
 };
 use glam::DMat4;
 
@@ -40,15 +39,8 @@ pub(super) struct LandscapeMotion {
 
 impl LandscapeMotion {
     pub(super) fn new(device: &wgpu::Device, target: TargetFormat, landscape: &Landscape) -> Self {
-        let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
-        let own = layout(device, "landscape motion", &[(0, wgpu::ShaderStages::FRAGMENT, uniform)]);
-        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-        let rays = buffer(device, "landscape motion", usage, size_of::<MotionRays>() as u64);
-        let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("landscape motion"),
-            layout: &own,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: rays.as_entire_binding() }],
-        });
+        let fragment = wgpu::ShaderStages::FRAGMENT;
+        let (own, rays, bindings) = uniform(device, "landscape motion", fragment, size_of::<MotionRays>());
         let pass = PassDescription {
             name: "landscape_motion",
             wgsl: wgsl(landscape.ground.is_some()),

@@ -91,12 +91,11 @@ mod gpu {
     use crate::{
         effects::sky::{LOWEST, RGB_FROM_XYZ, SHOWN},
         render::{
-            buffers::buffer,
             foliage::Frame,
             light,
             look::{Look, shadow_constants},
             shader::ShaderSource,
-            surface::{PassDescription, TargetFormat, buffer_binding, layout},
+            surface::{PassDescription, TargetFormat, uniform},
         },
     };
     use glam::{Mat4, Vec3};
@@ -167,16 +166,8 @@ mod gpu {
             look: &Look,
             shadow: Option<&wgpu::BindGroupLayout>,
         ) -> Self {
-            let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
             let stages = wgpu::ShaderStages::VERTEX_FRAGMENT;
-            let own = layout(device, "landscape", &[(0, stages, uniform)]);
-            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let record = buffer(device, "landscape", usage, size_of::<LandscapeRecord>() as u64);
-            let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("landscape"),
-                layout: &own,
-                entries: &[wgpu::BindGroupEntry { binding: 0, resource: record.as_entire_binding() }],
-            });
+            let (own, record, bindings) = uniform(device, "landscape", stages, size_of::<LandscapeRecord>());
             let pipeline = PassDescription {
                 name: "landscape_pass",
                 wgsl: wgsl(look),

@@ -63,6 +63,11 @@ impl Layer {
         self.bindings = None;
     }
 
+    /// Forgets what is to be drawn.
+    pub(super) fn clear(&mut self) {
+        self.list.clear();
+    }
+
     /// Variants for which pipelines exist: of the leaves, and of the wood.
     pub(super) fn compiled(&self) -> [Vec<Variant>; 2] {
         [&self.leaves, &self.wood].map(|pipelines| {
@@ -75,7 +80,7 @@ impl Layer {
     /// Takes in what [`render`](Self::render) draws.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] for more plants than the device's buffers hold; then nothing is drawn.
+    /// [`Error::TooLarge`] for more plants than the device's buffers hold; then the lists are to be cleared.
     pub(super) fn prepare(
         &mut self,
         device: &wgpu::Device,
@@ -154,7 +159,7 @@ impl Layer {
         }
     }
 
-    fn check_room(&mut self, device: &wgpu::Device) -> Result<()> {
+    fn check_room(&self, device: &wgpu::Device) -> Result<()> {
         let limits = device.limits();
         let uses = [
             ("bytes of instances", size_of_val(&self.list.records[..]), limits.max_storage_buffer_binding_size),
@@ -162,7 +167,6 @@ impl Layer {
         ];
         for (what, value, limit) in uses {
             if value as u64 > limit.min(limits.max_buffer_size) {
-                self.list.clear();
                 let fix = "draw fewer plants or fewer leaves".into();
                 return Err(Error::TooLarge { what: what.into(), value: value as u64, limit, fix });
             }

@@ -92,8 +92,8 @@ impl Offscreen {
     }
 
     /// Motion vectors of what `foliage` has prepared, row by row from the top, as
-    /// [`render_motion`](FoliageRenderer::render_motion) tells them; 0 where there is no plant. The renderer must have been
-    /// made with those of kind [`MOTION`]; from another come zeros alone.
+    /// [`render_motion`](FoliageRenderer::render_motion) tells them; 0 where it draws nothing. The renderer must have been made
+    /// with those of kind [`MOTION`]; from one without any come zeros alone.
     ///
     /// # Errors
     /// [`Error::Gpu`] when the device fails or does not answer.

@@ -132,6 +132,11 @@ impl ShadowPass {
         Ok((sun.clip_from_world, count))
     }
 
+    /// Forgets what casts shadows.
+    pub(super) fn clear(&mut self) {
+        self.layer.clear();
+    }
+
     /// Forgets what is bound to another buffer of scales.
     pub(super) fn forget_bindings(&mut self) {
         self.layer.forget_bindings();

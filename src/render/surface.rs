@@ -1,6 +1,6 @@
 //! What the passes that draw plants share: the target, the bindings, and how a pass becomes a pipeline.
 
-use super::effect_buffers::ShadowMap;
+use super::{buffers::buffer, effect_buffers::ShadowMap};
 use crate::effects::Effects;
 
 /// What the passes draw into.
@@ -163,6 +163,24 @@ pub(super) fn map_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 
 pub(super) fn buffer_binding(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+/// A uniform buffer of `bytes` with bindings of its own.
+pub(super) fn uniform(
+    device: &wgpu::Device,
+    label: &str,
+    visibility: wgpu::ShaderStages,
+    bytes: usize,
+) -> (wgpu::BindGroupLayout, wgpu::Buffer, wgpu::BindGroup) {
+    let layout = layout(device, label, &[(0, visibility, buffer_binding(wgpu::BufferBindingType::Uniform))]);
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    let buffer = buffer(device, label, usage, bytes as u64);
+    let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout: &layout,
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
+    });
+    (layout, buffer, bindings)
 }
 
 pub(super) fn layout(
