@@ -42,6 +42,8 @@ mod error;
 pub mod file;
 pub mod leaf;
 pub mod material;
+#[cfg(feature = "simplify")]
+mod memory;
 pub mod plant;
 #[cfg(any(feature = "simplify", feature = "scene"))]
 mod random;

@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "textures")]
+mod decode;
+
 /// How a material's alpha is read (glTF `alphaMode`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum AlphaMode {
@@ -105,33 +108,3 @@ pub struct Pixels {
 
 /// Greatest width and height that a texture may have: what every wgpu adapter takes.
 pub const MAX_TEXTURE_SIDE: u32 = 8192;
-
-#[cfg(feature = "textures")]
-impl Texture {
-    /// Decodes the image.
-    ///
-    /// # Errors
-    /// [`Unreadable`](crate::Error::Unreadable), with the texture's name as the path, when the bytes are damaged or the
-    /// image is larger than [`MAX_TEXTURE_SIDE`] on a side.
-    pub fn decode(&self) -> crate::Result<Pixels> {
-        let format = match self.format {
-            TextureFormat::Png => image::ImageFormat::Png,
-            TextureFormat::Jpeg => image::ImageFormat::Jpeg,
-            TextureFormat::Webp => image::ImageFormat::WebP,
-        };
-        let mut reader = image::ImageReader::with_format(std::io::Cursor::new(&self.bytes), format);
-        let mut limits = image::Limits::default();
-        limits.max_image_width = Some(MAX_TEXTURE_SIDE);
-        limits.max_image_height = Some(MAX_TEXTURE_SIDE);
-        reader.limits(limits);
-        let image = reader.decode().map_err(|error| {
-            crate::Error::unreadable(
-                format!("texture {:?}", self.name),
-                error.to_string().replace('\n', " "),
-                "export the image again as PNG, at most 8192 on a side",
-            )
-        })?;
-        let rgba = image.into_rgba8();
-        Ok(Pixels { width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() })
-    }
-}

@@ -1,12 +1,15 @@
-//! Files of every kind that is read, damaged from a seed: each gives a one-line error or something sound, within a second.
+//! Files of every kind that is read, damaged from a seed: each gives a one-line error or something sound, within a second
+//! and within memory that its size accounts for.
 //!
 //! `FOLIAGE_FUZZ_CASES` is the number of files of each kind. Case `k` is the same on every run; with `--nocapture` each
-//! test tells how many cases ended how, and how long they took.
+//! test tells how many cases ended how, how long they took and the most memory that one of them held.
 #![cfg(feature = "simplify")]
 
 mod common;
 #[path = "common/glb.rs"]
 mod glb;
+#[path = "common/memory.rs"]
+mod memory;
 #[path = "common/mutate.rs"]
 mod mutate;
 
@@ -21,13 +24,33 @@ use foliage_lod::{
     simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
 };
 use glb::{Gltf, cards};
+use memory::within_bounds;
 use mutate::{Random, damage, damage_json, damage_text, survive, write_notable};
 use serde_json::{Value, json};
-use std::path::Path;
+use std::{
+    path::Path,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
 
-/// Lets `read` make and read one file for each case.
-fn survive_reading(kind: &str, expected: &[&str], read: impl Fn(&mut Random) -> Result<()> + Send + 'static) {
-    survive(kind, expected, move |random| outcome(read(random)));
+/// Lets `make` make a file for each case and `read` read it.
+fn survive_reading(
+    kind: &str,
+    expected: &[&str],
+    make: impl Fn(&mut Random) -> Vec<u8> + Send + 'static,
+    read: impl Fn(&[u8]) -> Result<()> + Send + 'static,
+) {
+    let most = Arc::new(AtomicU64::new(0));
+    let of_all = most.clone();
+    survive(kind, expected, move |random| {
+        let file = make(random);
+        let (read, bytes) = within_bounds(file.len() as u64, || read(&file));
+        of_all.fetch_max(bytes, Ordering::Relaxed);
+        outcome(read)
+    });
+    println!("{kind}: at most {:.2} MB held", most.load(Ordering::Relaxed) as f64 / 1e6);
 }
 
 /// What became of a file, in one word.
@@ -146,21 +169,23 @@ impl Sections {
 #[test]
 fn damaged_models_are_refused_or_sound() {
     let models = models();
-    survive_reading(".vds", &["unreadable"], move |random| {
+    let make = move |random: &mut Random| {
         let mut bytes = random.pick(&models);
         damage(&mut bytes, random);
-        read_model(&bytes)
-    });
+        bytes
+    };
+    survive_reading(".vds", &["unreadable"], make, read_model);
 }
 
 #[test]
 fn damaged_sections_under_a_fitting_head_are_refused_or_sound() {
     let models = models();
-    survive_reading(".vds sections", &["accepted", "unreadable", "unsound"], move |random| {
+    let make = move |random: &mut Random| {
         let mut sections = Sections::of(&random.pick(&models));
         (0..=random.below(3)).for_each(|_| sections.damage(random));
-        read_model(&sections.file())
-    });
+        sections.file()
+    };
+    survive_reading(".vds sections", &["accepted", "unreadable", "unsound"], make, read_model);
 }
 
 #[test]
@@ -281,7 +306,7 @@ const GLTF_WORDS: &str = " MASK BLEND SCALAR VEC2 VEC3 VEC4 MAT4 matrix children
 fn damaged_gltf_is_refused_or_sound() {
     let files = [cards(5), rich(), draco(), meshopt()];
     files.iter().for_each(|file| read_gltf(&file.glb()).expect("the undamaged file is sound"));
-    survive_reading("glTF", &["accepted", "unreadable", "leafless"], move |random| {
+    let make = move |random: &mut Random| {
         let mut file = random.pick(&files);
         let kind = random.below(4);
         if kind < 2 {
@@ -294,8 +319,9 @@ fn damaged_gltf_is_refused_or_sound() {
         if kind == 3 {
             damage(&mut bytes, random);
         }
-        read_gltf(&bytes)
-    });
+        bytes
+    };
+    survive_reading("glTF", &["accepted", "unreadable", "leafless"], make, read_gltf);
 }
 
 /// Writes a name into a file's JSON.
@@ -344,17 +370,17 @@ fn damaged_obj_and_its_materials_are_refused_or_sound() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("ring.png"), &plants::masked(1, 1).textures[0].bytes).unwrap();
     std::fs::write(folder.path().join("tree.mtl"), MTL).unwrap();
-    survive_reading("OBJ", &["accepted", "unreadable", "leafless"], move |random| {
-        let obj = if random.below(3) == 0 {
-            let library = damage_text(MTL, OBJ_WORDS, random);
-            std::fs::write(folder.path().join("damaged.mtl"), library).unwrap();
-            OBJ.replace("tree.mtl", "damaged.mtl").into_bytes()
-        } else {
-            damage_text(OBJ, OBJ_WORDS, random)
-        };
-        let options =
-            ImportOptions { leaves: random.pick(&[None, Some("leaf".to_owned())]), ..ImportOptions::default() };
-        check(load_obj_bytes(&obj, &folder.path().join("tree.obj"), &options))
+    let (tree, damaged) = (folder.path().join("tree.obj"), folder.path().join("damaged.mtl"));
+    let make = move |random: &mut Random| {
+        if random.below(3) > 0 {
+            return damage_text(OBJ, OBJ_WORDS, random);
+        }
+        std::fs::write(&damaged, damage_text(MTL, OBJ_WORDS, random)).unwrap();
+        OBJ.replace("tree.mtl", "damaged.mtl").into_bytes()
+    };
+    survive_reading("OBJ", &["accepted", "unreadable", "leafless"], make, move |obj| {
+        let leaves = (obj.len() % 2 == 0).then(|| "leaf".to_owned());
+        check(load_obj_bytes(obj, &tree, &ImportOptions { leaves, ..ImportOptions::default() }))
     });
 }
 
@@ -389,9 +415,9 @@ const SPECIES_WORDS: &str = "= [leaf] [[levels]] # \" ''' \"🌳\nä\" ä true [
 
 #[test]
 fn damaged_species_are_refused_or_sound() {
-    survive_reading("species", &["accepted", "unreadable"], |random| {
-        let text = damage_text(random.pick(&SPECIES), SPECIES_WORDS, random);
-        let species = Species::from_toml(&String::from_utf8_lossy(&text), Path::new("hostile.toml"))?;
+    let make = |random: &mut Random| damage_text(random.pick(&SPECIES), SPECIES_WORDS, random);
+    survive_reading("species", &["accepted", "unreadable"], make, |text| {
+        let species = Species::from_toml(&String::from_utf8_lossy(text), Path::new("hostile.toml"))?;
         species.validate().expect("what is read is sound");
         Ok(())
     });
@@ -411,9 +437,9 @@ const SCENE_WORDS: &str = "= [lod] [effects.wind] [[plants]] [[scatter]] # \" ''
 #[test]
 fn damaged_scenes_are_refused_or_place_their_plants() {
     use foliage_lod::scene::SceneFile;
-    survive_reading("scenes", &["accepted", "unreadable"], |random| {
-        let text = damage_text(random.pick(&SCENES), SCENE_WORDS, random);
-        let scene = SceneFile::from_toml(&String::from_utf8_lossy(&text), Path::new("hostile.toml"))?;
+    let make = |random: &mut Random| damage_text(random.pick(&SCENES), SCENE_WORDS, random);
+    survive_reading("scenes", &["accepted", "unreadable"], make, |text| {
+        let scene = SceneFile::from_toml(&String::from_utf8_lossy(text), Path::new("hostile.toml"))?;
         scene.effects.check().expect("what is read is in range");
         for seconds in [-1e300, 0.0, 7.5, 1e300] {
             let sees = scene.view(seconds).is_none_or(|view| view.eye.is_finite() && view.target.is_finite());

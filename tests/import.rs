@@ -64,7 +64,7 @@ fn path(file: &str) -> Option<PathBuf> {
 }
 
 fn load(file: &str, group: Group) -> Option<Imported> {
-    let options = ImportOptions { leaves: None, group };
+    let options = ImportOptions { group, ..ImportOptions::default() };
     path(file).map(|path| import::load(&path, &options).unwrap_or_else(|error| panic!("{error}")))
 }
 
@@ -160,7 +160,8 @@ fn colours_beyond_one_and_cutoffs_are_kept() {
 #[test]
 fn naming_the_material_or_the_node_overrides_the_guess() {
     let Some(path) = path("ftlab_keyaki.glb") else { return };
-    let named = |name: &str| ImportOptions { leaves: Some(name.to_owned()), group: Group::Piece };
+    let named =
+        |name: &str| ImportOptions { leaves: Some(name.to_owned()), group: Group::Piece, ..ImportOptions::default() };
     assert_eq!(import::load(&path, &named("trunk")).unwrap().plant.leaves.len(), 241);
     assert_eq!(import::load(&path, &named("ground")).unwrap().plant.leaves.len(), 1);
     let error = import::load(&path, &named("petals")).unwrap_err().to_string();

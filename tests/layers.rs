@@ -8,7 +8,7 @@ use std::{
 
 /// The modules of the crate from the bottom up. A module may use those of lower layers; of its own layer only itself.
 const LAYERS: [&[&str]; 10] = [
-    &["error", "bounds", "crown", "file", "random", "srgb"],
+    &["error", "bounds", "crown", "file", "memory", "random", "srgb"],
     &["leaf", "material"],
     &["plant"],
     &["import", "grow", "model"],

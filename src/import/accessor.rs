@@ -28,6 +28,11 @@ impl<'a> Accessors<'a> {
         Self { root, buffers }
     }
 
+    /// Bytes of all buffers as the file holds them.
+    pub(super) fn total_bytes(&self) -> u64 {
+        self.buffers.total_bytes()
+    }
+
     /// Number of elements of an accessor, once they are known to be there.
     pub(super) fn count(&self, index: Index<Accessor>) -> Result<usize, Fault> {
         let accessor = self.accessor(index)?;

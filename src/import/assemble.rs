@@ -2,6 +2,7 @@
 
 use super::{
     Finding, Group, ImportOptions, Imported,
+    budget::Budget,
     crossed::{self, Card},
     fault::{Fault, limit},
     foliage,
@@ -14,7 +15,7 @@ use crate::{
     bounds::Aabb,
     leaf::Vertex,
     material::Material,
-    plant::{MAX_ELEMENTS, MAX_LEAVES, Wood, WoodPart, canonical},
+    plant::{MAX_LEAVES, Wood, WoodPart, canonical},
 };
 use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
@@ -27,8 +28,8 @@ struct Leaf {
 }
 
 /// The plant in `source`.
-pub(super) fn plant(source: Source, options: &ImportOptions) -> Result<Imported, Fault> {
-    check_size(&source)?;
+pub(super) fn plant(source: Source, options: &ImportOptions, budget: &Budget) -> Result<Imported, Fault> {
+    check_size(&source, budget)?;
     let pieces: Vec<Vec<Vec<u32>>> = source.meshes.iter().map(|mesh| pieces(&mesh.vertices, &mesh.indices)).collect();
     let judgements = foliage::judge(&source, &pieces, options.leaves.as_deref())?;
     let mut leaves = Vec::new();
@@ -63,16 +64,16 @@ pub(super) fn plant(source: Source, options: &ImportOptions) -> Result<Imported,
 }
 
 /// Instances are counted before they are written out.
-fn check_size(source: &Source) -> Result<(), Fault> {
+fn check_size(source: &Source, budget: &Budget) -> Result<(), Fault> {
     let indices =
         |part: &Part| (source.meshes[part.mesh].indices.len() as u64).saturating_mul(part.places.len() as u64);
     let total = source.parts.iter().map(indices).fold(0, u64::saturating_add);
-    limit("the number of indices, instances counted,", total, MAX_ELEMENTS as u64)
+    budget.check(total)
 }
 
 fn push_leaves(source: &Source, part: &Part, pieces: &[&Vec<u32>], leaves: &mut Vec<Leaf>) -> Result<(), Fault> {
     let mesh = &source.meshes[part.mesh];
-    for place in &part.places {
+    for place in part.places.iter() {
         let place = Place::new(*place);
         for piece in pieces {
             let triangles = mesh.triangles_at(piece, &place);
@@ -176,7 +177,7 @@ impl WoodBuilder {
         let mesh = &source.meshes[part.mesh];
         let mut all: Vec<u32> = pieces.iter().copied().flatten().copied().collect();
         all.sort_unstable();
-        for place in &part.places {
+        for place in part.places.iter() {
             let triangles = mesh.triangles_at(&all, &Place::new(*place));
             check_finite(&part.name, &triangles)?;
             let corners = triangles.iter().filter(|corners| has_area(corners)).flatten();

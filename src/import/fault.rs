@@ -11,7 +11,7 @@ pub(super) enum Fault {
     /// The content needs something that is not read here.
     Unsupported { feature: String, fix: String },
     /// A count beyond a documented limit.
-    TooLarge { what: String, value: u64, limit: u64 },
+    TooLarge { what: String, value: u64, limit: u64, fix: &'static str },
     /// The user named foliage that the file does not have.
     UnknownName { name: String, known: Vec<String> },
     /// Another file, or this one, could not be read.
@@ -33,9 +33,8 @@ impl Fault {
         match self {
             Self::Broken { reason, fix } => Error::Unreadable { path, reason, fix: fix.to_owned() },
             Self::Unsupported { feature, fix } => Error::Unsupported { path, feature, fix },
-            Self::TooLarge { what, value, limit } => {
-                let what = format!("{}: {what}", path.display());
-                Error::TooLarge { what, value, limit, fix: "split the file or simplify it first".to_owned() }
+            Self::TooLarge { what, value, limit, fix } => {
+                Error::TooLarge { what: format!("{}: {what}", path.display()), value, limit, fix: fix.to_owned() }
             }
             Self::UnknownName { name, known } => Error::InvalidOption {
                 option: "--leaves",
@@ -49,5 +48,6 @@ impl Fault {
 
 /// `Ok` when `value` is at most `limit`.
 pub(super) fn limit(what: &str, value: u64, limit: u64) -> Result<(), Fault> {
-    if value <= limit { Ok(()) } else { Err(Fault::TooLarge { what: what.to_owned(), value, limit }) }
+    let fix = "split the file or simplify it first";
+    if value <= limit { Ok(()) } else { Err(Fault::TooLarge { what: what.to_owned(), value, limit, fix }) }
 }

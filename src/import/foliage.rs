@@ -225,7 +225,7 @@ mod tests {
             quad([[x, -9.0, z], [to_x, -9.0, to_z], [to_x, -1.0, to_z], [x, -1.0, z]]);
         }
         Source {
-            parts: vec![Part { name: "node".into(), mesh: 0, places: vec![DAffine3::IDENTITY] }],
+            parts: vec![Part { name: "node".into(), mesh: 0, places: [DAffine3::IDENTITY].into() }],
             meshes: vec![mesh],
             materials: vec![Material { name: "green".into(), ..Material::default() }],
             stated_alpha: vec![alpha],

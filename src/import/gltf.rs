@@ -2,6 +2,7 @@
 
 use super::{
     accessor::Accessors,
+    budget::Budget,
     buffers::Buffers,
     container,
     draco::DracoMesh,
@@ -9,10 +10,10 @@ use super::{
     fault::{Fault, limit},
     materials::{Materials, Surface},
     nodes,
-    source::{Mesh, Part, Source},
+    source::{Mesh, Part, Source, name},
     topology,
 };
-use crate::{leaf::Vertex, plant::MAX_ELEMENTS};
+use crate::leaf::Vertex;
 use ::gltf::json::{
     Accessor, Index, Root, Value,
     mesh::{Mode, Primitive, Semantic},
@@ -22,6 +23,7 @@ use std::{
     collections::{BTreeMap, btree_map::Entry},
     ops::Range,
     path::Path,
+    rc::Rc,
 };
 
 /// Indices that one byte of a file may stand for: Draco needs about half a byte for a triangle, sharing buffers between
@@ -29,7 +31,7 @@ use std::{
 const MAX_INDICES_PER_BYTE: u64 = 16;
 
 /// Reads a file's default scene.
-pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
+pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source, Fault> {
     let container = container::split(bytes)?;
     let root = Root::from_slice(container.json)
         .map_err(|error| Fault::broken(format!("its JSON is not glTF: {error}").replace(char::is_control, " ")))?;
@@ -43,7 +45,9 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
         buffers: &buffers,
         accessors: &accessors,
         surfaces: &surfaces,
-        indices_left: buffers.total_bytes().saturating_mul(MAX_INDICES_PER_BYTE).min(MAX_ELEMENTS as u64),
+        budget,
+        indices: 0,
+        most_indices: buffers.total_bytes().saturating_mul(MAX_INDICES_PER_BYTE),
         warnings: materials.warnings,
     };
     let placed = nodes::placed_meshes(&root, &accessors)?;
@@ -58,11 +62,11 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
     }
     let parts = placed.into_iter().filter(|placed| !placed.places.is_empty()).flat_map(|placed| {
         let range = range_of[&placed.mesh].clone();
-        range.map(move |mesh| Part { name: placed.name.clone(), mesh, places: placed.places.clone() })
+        range.map(move |mesh| Part { name: placed.name.clone(), mesh, places: Rc::clone(&placed.places) })
     });
     let parts = parts.collect();
     Ok(Source {
-        name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
+        name: name(path.file_stem().map(|stem| stem.to_string_lossy()).as_deref()),
         meshes,
         parts,
         stated_alpha: surfaces.iter().map(|surface| surface.stated_alpha).collect(),
@@ -81,7 +85,10 @@ struct Reader<'a> {
     buffers: &'a Buffers<'a>,
     accessors: &'a Accessors<'a>,
     surfaces: &'a [Surface],
-    indices_left: u64,
+    budget: &'a Budget,
+    /// Indices so far, and the most for a file of its size.
+    indices: u64,
+    most_indices: u64,
     warnings: Vec<String>,
 }
 
@@ -94,7 +101,7 @@ impl<'a> Reader<'a> {
             .meshes
             .get(index)
             .ok_or_else(|| Fault::broken(format!("mesh {index} is named and {} exist", self.root.meshes.len())))?;
-        let name = source.name.clone().unwrap_or_default();
+        let name = name(source.name.as_deref());
         let mut meshes: Vec<Mesh> = Vec::new();
         for primitive in &source.primitives {
             let material = primitive.material.map_or(self.surfaces.len() - 1, |material| material.value());
@@ -136,8 +143,9 @@ impl<'a> Reader<'a> {
             (None, Some(indices)) => (mode, self.accessors.indices(indices)?),
             (None, None) => (mode, (0..self.accessors.count(positions)?.min(u32::MAX as usize) as u32).collect()),
         };
-        limit("the number of indices for a file of its size", indices.len() as u64, self.indices_left)?;
-        self.indices_left -= indices.len() as u64;
+        self.indices += indices.len() as u64;
+        limit("the number of indices for a file of its size", self.indices, self.most_indices)?;
+        self.budget.check(self.indices)?;
         let Some(mut indices) = topology::triangle_list(mode, indices) else { return Ok(None) };
         let picks = compact(&mut indices);
         Ok(Some((attributes.vertices(&picks, surface, &mut self.warnings)?, indices)))

@@ -1,6 +1,6 @@
 //! glTF materials: the part of them that foliage needs, and how their textures are laid on.
 
-use super::{buffers::Buffers, fault::Fault, textures, uri};
+use super::{buffers::Buffers, fault::Fault, source::name, textures, uri};
 use crate::material::{AlphaMode, Material, Texture, Wrap};
 use ::gltf::json::{
     self, Root, extensions::texture::TextureTransform, material::AlphaMode as JsonAlphaMode, texture::WrappingMode,
@@ -43,13 +43,18 @@ impl UvTransform {
     }
 }
 
+/// Buffer view and URI of an image, `None` for one that the file does not have.
+type ImagePlace<'a> = Option<(Option<usize>, Option<&'a str>)>;
+
 /// Materials of one file while they are read.
 pub(super) struct Materials<'a> {
     root: &'a Root,
     buffers: &'a Buffers<'a>,
     path: &'a Path,
-    /// Texture of each image that was asked for, `None` where it can not be used.
-    images: BTreeMap<usize, Option<u32>>,
+    /// Texture of each place where an image was looked for, `None` where it can not be used.
+    images: BTreeMap<ImagePlace<'a>, Option<u32>>,
+    /// Bytes of buffers that images may still take. Each takes its own, unless views overlap.
+    bytes_left: u64,
     /// Textures in the order in which materials name them.
     pub(super) textures: Vec<Texture>,
     /// What was left out.
@@ -58,7 +63,8 @@ pub(super) struct Materials<'a> {
 
 impl<'a> Materials<'a> {
     pub(super) fn new(root: &'a Root, buffers: &'a Buffers<'a>, path: &'a Path) -> Self {
-        Self { root, buffers, path, images: BTreeMap::new(), textures: Vec::new(), warnings: Vec::new() }
+        let bytes_left = buffers.total_bytes();
+        Self { root, buffers, path, images: BTreeMap::new(), bytes_left, textures: Vec::new(), warnings: Vec::new() }
     }
 
     /// Every material of the file, then the default one.
@@ -79,7 +85,7 @@ impl<'a> Materials<'a> {
         let (base_color, texture) = base(source);
         let mut surface = Surface {
             material: Material {
-                name: source.name.clone().unwrap_or_default(),
+                name: name(source.name.as_deref()),
                 base_color: base_color.map(|factor| if factor.is_finite() { factor } else { 1.0 }),
                 alpha_mode,
                 alpha_cutoff: source
@@ -130,7 +136,9 @@ impl<'a> Materials<'a> {
         let webp = texture.extensions.as_ref().and_then(|extensions| extensions.others.get("EXT_texture_webp"));
         let webp = webp.and_then(|webp| webp.get("source")?.as_u64());
         let image = webp.map_or(texture.source.value(), |source| source as usize);
-        if let Some(&known) = self.images.get(&image) {
+        let place =
+            self.root.images.get(image).map(|image| (image.buffer_view.map(|view| view.value()), image.uri.as_deref()));
+        if let Some(&known) = self.images.get(&place) {
             return known;
         }
         let index = match self.image(image) {
@@ -143,17 +151,22 @@ impl<'a> Materials<'a> {
                 None
             }
         };
-        self.images.insert(image, index);
+        self.images.insert(place, index);
         index
     }
 
-    fn image(&self, index: usize) -> Result<Texture, String> {
+    fn image(&mut self, index: usize) -> Result<Texture, String> {
         let image = self.root.images.get(index).ok_or("the file has no such image in a format that is read here")?;
-        let name = image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:")));
-        let name = name.unwrap_or_default();
+        let given = image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:")));
+        let name = &name(given);
         let text = |fault: Fault| fault.at(self.path).to_string();
         match (image.buffer_view, &image.uri) {
-            (Some(view), _) => textures::texture(name, self.buffers.view(view).map_err(text)?.bytes),
+            (Some(view), _) => {
+                let bytes = self.buffers.view(view).map_err(text)?.bytes;
+                let left = self.bytes_left.checked_sub(bytes.len() as u64);
+                self.bytes_left = left.ok_or("its buffer view overlaps those of other images")?;
+                textures::texture(name, bytes)
+            }
             (None, Some(uri)) => textures::texture(name, &uri::read(uri, self.path).map_err(text)?),
             (None, None) => Err("it has neither a buffer view nor a URI".to_owned()),
         }

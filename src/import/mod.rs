@@ -11,6 +11,7 @@
 
 mod accessor;
 mod assemble;
+mod budget;
 mod buffers;
 mod container;
 mod crossed;
@@ -32,6 +33,7 @@ mod topology;
 mod uri;
 
 use crate::{Error, Plant, Result};
+use budget::Budget;
 use fault::Fault;
 use source::Source;
 use std::{fmt, path::Path};
@@ -46,6 +48,9 @@ pub struct ImportOptions {
     pub leaves: Option<String>,
     /// What is one leaf.
     pub group: Group,
+    /// Megabytes that may be taken, told from the number of triangles before they are written: above that the file is
+    /// refused. `None` (default) takes what the machine has available, and no limit where that is unknown.
+    pub max_memory_mb: Option<u64>,
 }
 
 /// What is one leaf.
@@ -129,11 +134,8 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Imported> {
 pub fn inspect(path: &Path, options: &ImportOptions) -> Result<Imported> {
     let bytes = uri::read_file(path).map_err(|fault| fault.at(path))?;
     let is_obj = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
-    if container::is_gltf(&bytes) || !is_obj {
-        finish(gltf::read(&bytes, path), path, options)
-    } else {
-        finish(obj::read(&bytes, path), path, options)
-    }
+    let is_gltf = container::is_gltf(&bytes) || !is_obj;
+    finish(|budget| if is_gltf { gltf::read(&bytes, path, budget) } else { obj::read(&bytes, path) }, path, options)
 }
 
 /// Reads glTF or binary glTF from memory. `path` names it in messages; its folder is where other files are looked for.
@@ -141,7 +143,7 @@ pub fn inspect(path: &Path, options: &ImportOptions) -> Result<Imported> {
 /// # Errors
 /// As [`load`].
 pub fn load_gltf_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Imported> {
-    require_leaves(finish(gltf::read(bytes, path), path, options)?, path)
+    require_leaves(finish(|budget| gltf::read(bytes, path, budget), path, options)?, path)
 }
 
 /// Reads OBJ from memory. `path` names it in messages; its folder is where materials and textures are looked for.
@@ -149,11 +151,17 @@ pub fn load_gltf_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Re
 /// # Errors
 /// As [`load`].
 pub fn load_obj_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Imported> {
-    require_leaves(finish(obj::read(bytes, path), path, options)?, path)
+    require_leaves(finish(|_| obj::read(bytes, path), path, options)?, path)
 }
 
-fn finish(source: std::result::Result<Source, Fault>, path: &Path, options: &ImportOptions) -> Result<Imported> {
-    let imported = source.and_then(|source| assemble::plant(source, options)).map_err(|fault| fault.at(path))?;
+fn finish(
+    read: impl FnOnce(&Budget) -> std::result::Result<Source, Fault>,
+    path: &Path,
+    options: &ImportOptions,
+) -> Result<Imported> {
+    let budget = Budget::new(options);
+    let imported = read(&budget).and_then(|source| assemble::plant(source, options, &budget));
+    let imported = imported.map_err(|fault| fault.at(path))?;
     imported.plant.validate()?;
     Ok(imported)
 }

@@ -1,9 +1,18 @@
 //! The node graph of a glTF file: where each mesh stands.
 
-use super::accessor::Accessors;
-use super::{fault::Fault, instancing};
+use super::{
+    accessor::Accessors,
+    fault::{Fault, limit},
+    instancing,
+    source::name,
+};
 use ::gltf::json::{Node, Root};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
+use std::rc::Rc;
+
+/// Bytes of a file for each instance besides one a node: a place takes 12, which a few nodes may share. Beyond it a small
+/// file would ask for much memory.
+const BYTES_PER_INSTANCE: u64 = 2;
 
 /// One mesh as a node places it.
 pub(super) struct PlacedMesh {
@@ -12,17 +21,19 @@ pub(super) struct PlacedMesh {
     /// Index into the file's meshes.
     pub(super) mesh: usize,
     /// Scene from mesh, one per instance.
-    pub(super) places: Vec<DAffine3>,
+    pub(super) places: Rc<[DAffine3]>,
 }
 
 /// The meshes of the default scene, else of the first one, else of every root node: parents before children, children in
 /// order.
 pub(super) fn placed_meshes(root: &Root, accessors: &Accessors) -> Result<Vec<PlacedMesh>, Fault> {
+    let most_instances = accessors.total_bytes() / BYTES_PER_INSTANCE + root.nodes.len() as u64;
     let parents = parents(root)?;
     let mut stack: Vec<(usize, DAffine3)> =
         starts(root, &parents)?.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
     let mut visited = vec![false; root.nodes.len()];
     let mut placed = Vec::new();
+    let mut instances = 0;
     while let Some((index, scene_from_parent)) = stack.pop() {
         if std::mem::replace(&mut visited[index], true) {
             continue;
@@ -30,11 +41,13 @@ pub(super) fn placed_meshes(root: &Root, accessors: &Accessors) -> Result<Vec<Pl
         let node = &root.nodes[index];
         let scene_from_node = scene_from_parent * parent_from_node(node);
         if let Some(mesh) = node.mesh {
-            let places = match instancing::places(node, accessors)? {
+            let places: Rc<[DAffine3]> = match instancing::places(node, accessors)? {
                 Some(places) => places.into_iter().map(|place| scene_from_node * place).collect(),
-                None => vec![scene_from_node],
+                None => [scene_from_node].into(),
             };
-            placed.push(PlacedMesh { name: node.name.clone().unwrap_or_default(), mesh: mesh.value(), places });
+            instances += places.len() as u64;
+            limit("the number of instances for a file of its size", instances, most_instances)?;
+            placed.push(PlacedMesh { name: name(node.name.as_deref()), mesh: mesh.value(), places });
         }
         stack.extend(node.children.iter().flatten().rev().map(|child| (child.value(), scene_from_node)));
     }

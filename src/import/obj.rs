@@ -2,7 +2,7 @@
 
 use super::{
     fault::{Fault, limit},
-    source::{Mesh, Part, Source},
+    source::{Mesh, Part, Source, name},
     textures, uri,
 };
 use crate::{
@@ -29,10 +29,8 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
     let mut materials =
         Materials { path, textures: Vec::new(), known: BTreeMap::new(), warnings: warnings.into_inner() };
     let libraries = libraries.unwrap_or_default();
-    let mut source = Source {
-        name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
-        ..Source::default()
-    };
+    let mut source =
+        Source { name: name(path.file_stem().map(|stem| stem.to_string_lossy()).as_deref()), ..Source::default() };
     for library in &libraries {
         let (material, stated_alpha) = materials.material(library);
         source.materials.push(material);
@@ -81,7 +79,8 @@ impl Source {
         let from = &model.mesh;
         limit("the number of indices", from.indices.len() as u64, MAX_ELEMENTS as u64)?;
         let material = from.material_id.unwrap_or(self.materials.len() - 1).min(self.materials.len() - 1);
-        let mut mesh = Mesh { name: model.name.clone(), material, ..Mesh::default() };
+        let name = name(Some(&model.name));
+        let mut mesh = Mesh { name: name.clone(), material, ..Mesh::default() };
         let mut known: BTreeMap<[u32; 3], u32> = BTreeMap::new();
         for corner in 0..from.indices.len() / 3 * 3 {
             let of = |indices: &[u32]| indices.get(corner).copied().unwrap_or(u32::MAX);
@@ -93,7 +92,7 @@ impl Source {
             }
             mesh.indices.push(index);
         }
-        self.parts.push(Part { name: model.name.clone(), mesh: self.meshes.len(), places: vec![DAffine3::IDENTITY] });
+        self.parts.push(Part { name, mesh: self.meshes.len(), places: [DAffine3::IDENTITY].into() });
         self.meshes.push(mesh);
         Ok(())
     }
@@ -135,7 +134,7 @@ impl Materials<'_> {
         let states_alpha = has_holes || from.dissolve_texture.is_some();
         let [r, g, b] = from.diffuse.filter(|_| texture.is_none()).unwrap_or([1.0; 3]);
         let material = Material {
-            name: from.name.clone(),
+            name: name(Some(&from.name)),
             base_color: [r, g, b, 1.0].map(|factor| if factor.is_finite() { factor } else { 1.0 }),
             texture,
             alpha_mode: if has_holes { AlphaMode::Mask } else { AlphaMode::Opaque },

@@ -5,6 +5,7 @@ use crate::{
     material::{AlphaMode, Material, Texture},
 };
 use glam::{DAffine3, DMat3, DVec3, Vec3};
+use std::rc::Rc;
 
 /// The content of a file: meshes, where they stand, materials.
 #[derive(Debug, Default)]
@@ -23,6 +24,15 @@ pub(super) struct Source {
     pub(super) textures: Vec<Texture>,
     /// What was left out, one line each.
     pub(super) warnings: Vec<String>,
+}
+
+/// Longest name in bytes. One name may be told many times over.
+const MAX_NAME_BYTES: usize = 256;
+
+/// A name in a file, cut where it is too long.
+pub(super) fn name(given: Option<&str>) -> String {
+    let fits = |(start, letter): &(usize, char)| start + letter.len_utf8() <= MAX_NAME_BYTES;
+    given.unwrap_or_default().char_indices().take_while(fits).map(|(_, letter)| letter).collect()
 }
 
 /// Triangles with one material, in the mesh's own space.
@@ -45,8 +55,8 @@ pub(super) struct Part {
     pub(super) name: String,
     /// Index into [`Source::meshes`].
     pub(super) mesh: usize,
-    /// Plant from mesh, at least one.
-    pub(super) places: Vec<DAffine3>,
+    /// Plant from mesh, at least one; all meshes of a node share them.
+    pub(super) places: Rc<[DAffine3]>,
 }
 
 impl Mesh {

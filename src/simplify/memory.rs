@@ -14,7 +14,12 @@ use super::{
     options::{Criterion, SimplifyOptions},
     views::ViewSet,
 };
-use crate::{Error, Plant, Result, leaf::Vertex};
+pub use crate::memory::available_bytes;
+use crate::{
+    Error, Plant, Result,
+    leaf::Vertex,
+    memory::{MEGABYTE, limit_mb},
+};
 use glam::Vec3;
 
 /// Bytes of a pixel's record, and of the triangle, as the captured views keep them.
@@ -30,17 +35,13 @@ const TRIANGLE_BYTES: [f64; 2] = [240.0, 104.0];
 /// Bytes that a leaf takes once, and in every view. Measured.
 const LEAF_BYTES: [f64; 2] = [500.0, 40.0];
 
-/// Bytes in a megabyte.
-const MEGABYTE: u64 = 1_000_000;
-
 /// Fails when [`estimated_bytes`] are more than [`SimplifyOptions::max_memory_mb`] allows.
 ///
 /// # Errors
 /// [`Error::TooLarge`] in megabytes, and [`Error::InvalidOption`].
 pub fn check(plant: &Plant, options: &SimplifyOptions) -> Result<()> {
     let value = estimated_bytes(plant, options)?.div_ceil(MEGABYTE);
-    let limit = options.max_memory_mb.or_else(|| available_bytes().map(|bytes| bytes / MEGABYTE));
-    match limit {
+    match limit_mb(options.max_memory_mb) {
         Some(limit) if value > limit => Err(Error::TooLarge {
             what: format!("the memory for {} views of {1} x {1}, in MB,", options.views, options.resolution),
             value,
@@ -49,15 +50,6 @@ pub fn check(plant: &Plant, options: &SimplifyOptions) -> Result<()> {
         }),
         _ => Ok(()),
     }
-}
-
-/// Bytes that the machine has available without swapping; `None` where the system does not tell, which only Linux does.
-/// Limits of a container are not known here.
-pub fn available_bytes() -> Option<u64> {
-    let told = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = told.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    kibibytes.checked_mul(1024)
 }
 
 /// Bytes that [`simplify`](super::simplify()) will hold at most at once for a plant, beyond the plant itself; see above for the error.

@@ -320,7 +320,7 @@ impl Import {
             GroupName::Crossed => Group::Crossed,
             GroupName::Piece => Group::Piece,
         };
-        ImportOptions { leaves: self.leaves.clone(), group }
+        ImportOptions { leaves: self.leaves.clone(), group, max_memory_mb: None }
     }
 }
 

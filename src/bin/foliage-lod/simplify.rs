@@ -10,7 +10,7 @@ use crate::{
 };
 use foliage_lod::{
     Error, Plant, file,
-    import::{self, Imported},
+    import::{self, ImportOptions, Imported},
     model::FoliageModel,
     report::{
         offline::peak_bytes,
@@ -33,7 +33,8 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     let targets = args.target.iter().map(|text| text.parse::<Target>()).collect::<Result<Vec<_>, _>>()?;
     check_outputs(args)?;
     let mut steps = Steps::new(args.json);
-    let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &args.import.options()))?;
+    let import_options = ImportOptions { max_memory_mb: args.max_memory, ..args.import.options() };
+    let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &import_options))?;
     warnings.iter().for_each(|warning| output::complaint(format_args!("warning: {warning}")));
     let import_seconds =
         steps.done("read", format!("{}: {} leaves", plant.name, grouped(plant.leaves.len() as u64)))?;
