@@ -1,8 +1,11 @@
 //! What the command does when its surroundings fail: one line on stderr, and every file is whole or as it was.
 #![cfg(all(unix, feature = "cli"))]
 
+#[path = "common/command.rs"]
+mod command;
 mod common;
 
+use command::{COMMAND, command, ended, error_line, names, run, succeeds};
 use common::plants::Random;
 use std::{
     fs::{self, File},
@@ -11,41 +14,13 @@ use std::{
         process::ExitStatusExt,
     },
     path::Path,
-    process::{Child, Command, Output, Stdio},
-    time::{Duration, Instant},
+    process::{Command, Output, Stdio},
+    time::Instant,
 };
 use tempfile::TempDir;
 
-const COMMAND: &str = env!("CARGO_BIN_EXE_foliage-lod");
-/// The longest that a refusal may take.
-const LIMIT: Duration = Duration::from_secs(20);
 /// A small model on the CPU.
 const SIMPLIFY: [&str; 6] = ["simplify", "tree.glb", "--raster", "cpu", "--resolution", "32"];
-
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(COMMAND);
-    command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    // Without it some drivers write to stderr.
-    command.env("XDG_RUNTIME_DIR", folder);
-    command
-}
-
-/// What `child` gave; a panic where it does not end.
-fn ended(mut child: Child, what: &[&str]) -> Output {
-    let started = Instant::now();
-    while child.try_wait().unwrap().is_none() {
-        if started.elapsed() > LIMIT {
-            child.kill().unwrap();
-            panic!("{what:?} does not end");
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    child.wait_with_output().unwrap()
-}
-
-fn run(folder: &TempDir, arguments: &[&str]) -> Output {
-    ended(command(folder.path(), arguments).spawn().unwrap(), arguments)
-}
 
 /// As [`run`], in a shell that first does `before`.
 fn run_after(folder: &TempDir, before: &str, arguments: &[&str]) -> Output {
@@ -53,26 +28,6 @@ fn run_after(folder: &TempDir, before: &str, arguments: &[&str]) -> Output {
     let mut shell = Command::new("sh");
     shell.current_dir(folder.path()).args(["-c", &script, COMMAND]).args(arguments);
     ended(shell.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap(), arguments)
-}
-
-/// The one line on stderr of a run that ended with `code`: what is wrong, and after a semicolon or a colon what helps.
-fn error_line(output: &Output, code: i32) -> String {
-    let text = String::from_utf8(output.stderr.clone()).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{text}");
-    assert!(text.starts_with("error: ") && text.ends_with('\n') && text.lines().count() == 1, "{text:?}");
-    assert!(text.contains("; "), "no fix in {text:?}");
-    text
-}
-
-fn succeeds(output: &Output) {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-}
-
-fn names(folder: &TempDir) -> Vec<String> {
-    let entries = fs::read_dir(folder.path()).unwrap();
-    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 /// A folder with `tree.glb`, a birch, and `old.vds`, its model.

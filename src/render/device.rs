@@ -3,8 +3,12 @@
 //! Any adapter will do, software ones too. Nothing here or in the passes panics when the device fails: the first failure
 //! is kept and [`GpuDevice::check`] gives it as an [`Error::Gpu`].
 
+use super::guard::{self, guarded};
 use crate::{Error, Result};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
 
 /// What to do without a GPU.
 const USE_CPU: &str = "use --raster cpu";
@@ -39,7 +43,7 @@ impl GpuDevice {
     /// # Errors
     /// [`Error::Gpu`] when there is no driver, no adapter (of that name), or it refuses.
     pub fn new(options: &GpuOptions) -> Result<Self> {
-        pollster::block_on(Self::open(options))
+        guarded(|| pollster::block_on(Self::open(options)))
     }
 
     async fn open(options: &GpuOptions) -> Result<Self> {
@@ -96,6 +100,32 @@ impl GpuDevice {
         }
         let names: Vec<_> = missing.iter_names().map(|(name, _)| name).collect();
         Err(gpu_error(format!("{} lacks {}", self.adapter_name(), names.join(" and "))))
+    }
+
+    /// Hands commands to the device.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] when the device has failed.
+    pub fn submit(&self, commands: impl IntoIterator<Item = wgpu::CommandBuffer>) -> Result<wgpu::SubmissionIndex> {
+        self.caught(|| self.queue.submit(commands))
+    }
+
+    /// Waits until the device has done what was submitted, `longest` at most.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] when the device has failed or does not answer.
+    pub fn wait(&self, submission: wgpu::SubmissionIndex, longest: Duration) -> Result<()> {
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(longest) };
+        let waited = self.caught(|| self.device.poll(wait))?;
+        let name = self.adapter_name();
+        waited.map(drop).map_err(|error| gpu_error(format!("{name} does not answer: {}", one_line(&error))))
+    }
+
+    /// What `call` gives. Its panic is a failure of the device from then on.
+    fn caught<T>(&self, call: impl FnOnce() -> T) -> Result<T> {
+        let given = guard::caught(call).inspect_err(|reason| self.failure.keep(reason.clone()));
+        self.check()?;
+        given.map_err(gpu_error)
     }
 
     /// The first failure since the device was opened.

@@ -26,6 +26,8 @@ pub mod fragment_pass;
 #[cfg(feature = "render")]
 pub mod frame_list;
 #[cfg(feature = "render")]
+pub mod guard;
+#[cfg(feature = "render")]
 pub mod landscape_motion;
 #[cfg(feature = "render")]
 mod layer;

@@ -3,7 +3,7 @@
 //! Positions are relative to the middle of the plant (*local space*), so that `f32` keeps its digits wherever a file put
 //! the plant. All textures of a model are layers of one array, scaled to one size.
 
-use super::{light::Lighting, stems::Stems, texture_layers::Layers};
+use super::{buffers::filled, light::Lighting, stems::Stems, texture_layers::Layers};
 use crate::{
     Error, Result,
     bounds::Aabb,
@@ -11,7 +11,6 @@ use crate::{
     model::{FoliageModel, Timeline},
 };
 use glam::{DVec3, Vec3};
-use wgpu::util::DeviceExt;
 
 /// One vertex of a leaf as `leaf_pass.wgsl` reads it.
 #[repr(C)]
@@ -250,6 +249,6 @@ impl Upload<'_> {
         // A binding is never empty.
         let nothing = [T::zeroed()];
         let contents = bytemuck::cast_slice(if contents.is_empty() { &nothing } else { contents });
-        Ok(self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage }))
+        Ok(filled(self.device, label, usage, contents))
     }
 }

@@ -76,7 +76,7 @@ impl Offscreen {
     pub fn draw(&self, foliage: &FoliageRenderer) -> Result<()> {
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
         self.encode(&mut encoder, foliage);
-        self.wait(self.gpu.queue().submit([encoder.finish()]))
+        self.gpu.wait(self.gpu.submit([encoder.finish()])?, LONGEST_WAIT)
     }
 
     /// Draws what `foliage` has prepared before the backdrop.
@@ -140,10 +140,10 @@ impl Offscreen {
             wgpu::TexelCopyBufferInfo { buffer: readback, layout },
             from.size(),
         );
-        let submission = self.gpu.queue().submit([encoder.finish()]);
+        let submission = self.gpu.submit([encoder.finish()])?;
         // What becomes of the mapping shows when it is read.
         readback.map_async(wgpu::MapMode::Read, .., |_| {});
-        self.wait(submission)?;
+        self.gpu.wait(submission, LONGEST_WAIT)?;
         let row = (self.size[0] * texel_bytes(from)) as usize;
         let mut bytes = Vec::with_capacity(row * self.size[1] as usize);
         {
@@ -173,14 +173,6 @@ impl Offscreen {
         });
         self.backdrop.render(&mut pass);
         foliage.render(&mut pass);
-    }
-
-    fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
-        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(LONGEST_WAIT) };
-        let waited = self.gpu.device().poll(wait);
-        self.gpu.check()?;
-        let name = self.gpu.adapter_name();
-        waited.map(drop).map_err(|error| gpu_error(format!("{name} does not answer: {}", one_line(&error))))
     }
 }
 

@@ -7,6 +7,7 @@ use super::{
     backdrop_pass::Backdrop,
     device::{GpuDevice, gpu_error, one_line},
     foliage::FoliageRenderer,
+    guard::guarded,
     offscreen,
     surface::TargetFormat,
 };
@@ -96,7 +97,7 @@ struct App<S> {
 impl<S: Stage> ApplicationHandler for App<S> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         let Some(make) = self.make.take() else { return };
-        match Shown::new(events, &self.title, make) {
+        match guarded(|| Shown::new(events, &self.title, make)) {
             Ok(shown) => self.shown = Some(shown),
             Err(error) => self.fail(events, error),
         }
@@ -104,7 +105,7 @@ impl<S: Stage> ApplicationHandler for App<S> {
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(shown) = &mut self.shown else { return };
-        match shown.event(&event) {
+        match guarded(|| shown.event(&event)) {
             Ok(true) => {}
             Ok(false) => events.exit(),
             Err(error) => self.fail(events, error),
@@ -236,10 +237,8 @@ impl<S: Stage> Shown<S> {
             self.stage.foliage().render(&mut pass);
         }
         self.panel.draw(&self.gpu, &mut encoder, &view, size, &filled);
-        let submission = self.gpu.queue().submit([encoder.finish()]);
-        // One frame after the other, so that each can be timed; what goes wrong shows in the check below.
-        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(LONGEST_FRAME) };
-        let _ = self.gpu.device().poll(wait);
+        // One frame after the other, so that each can be timed.
+        self.gpu.wait(self.gpu.submit([encoder.finish()])?, LONGEST_FRAME)?;
         self.stage.drawn(started.elapsed());
         self.window.pre_present_notify();
         self.gpu.queue().present(texture);

@@ -8,11 +8,12 @@ use super::{
     metrics::{Comparison, Quality},
 };
 use crate::{
-    Plant, Result,
+    Error, Plant, Result,
     bounds::Aabb,
     render::{
         camera::Camera,
         device::GpuDevice,
+        guard::guarded,
         image::Image,
         software::{DrawList, DrawOptions, Painter, mean_color},
     },
@@ -125,17 +126,20 @@ impl<'a> Study<'a> {
         Ok(sums.into_iter().fold(Comparison::default(), Comparison::plus).quality())
     }
 
-    /// All rows of a method. Frames are timed where there is a device.
+    /// All rows of a method. Frames are timed where there is a device, until it fails, and where the model fits it.
     ///
     /// # Errors
-    /// Those of the drawing and of the device.
+    /// Those of the drawing on the CPU.
     pub fn rows(&self, method: &Method, gpu: Option<&GpuDevice>) -> Result<Vec<Row>> {
         let mut rows = Vec::new();
-        let mut times = gpu.map(|gpu| FrameTimes::new(gpu, self.options.sizes[0])).transpose()?;
+        let mut times = gpu.and_then(|gpu| guarded(|| FrameTimes::new(gpu, self.options.sizes[0])).ok());
         for level in method.levels(&self.options.levels) {
             let sample = method.at(level);
             let frame_seconds = match &mut times {
-                Some(times) => times.median(&sample.reduced, &self.cameras)?,
+                Some(times) => match guarded(|| times.median(&sample.reduced, &self.cameras)) {
+                    Err(Error::Gpu { .. } | Error::TooLarge { .. }) => f64::NAN,
+                    seconds => seconds?,
+                },
                 None => f64::NAN,
             };
             let extraction_seconds = match sample.reduced {

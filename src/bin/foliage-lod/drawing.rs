@@ -12,6 +12,7 @@ use foliage_lod::{
     render::{
         device::{GpuDevice, GpuOptions},
         foliage::{FoliageRenderer, Frame, Instance},
+        guard::guarded,
         image::Image,
         offscreen::{Offscreen, TARGET},
         software::{Background, DrawList, DrawOptions, Drawn, Painter, Placed, Tone, mean_leaf_color},
@@ -57,6 +58,10 @@ pub fn draw(raster: Raster, staging: &Staging<'_>, size: [u32; 2]) -> Result<Dra
 }
 
 fn on_gpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
+    guarded(|| draw_on_gpu(staging, size))
+}
+
+fn draw_on_gpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     let gpu = GpuDevice::new(&GpuOptions::from_env())?;
     let target = Offscreen::new(&gpu, size)?;
     let (device, queue) = (gpu.device(), gpu.queue());

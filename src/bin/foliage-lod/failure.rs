@@ -1,7 +1,7 @@
 //! How the command ends when it does not succeed: one line and an exit code.
 
 use crate::output;
-use foliage_lod::Error;
+use foliage_lod::{Error, render::guard::is_guarding};
 use std::process::ExitCode;
 
 /// Exit code of a command line that makes no sense.
@@ -48,6 +48,16 @@ impl Failure {
             Self::ReaderGone => ExitCode::SUCCESS,
         }
     }
+}
+
+/// Panics that the library turns into errors are told as those alone.
+pub fn tell_panics_of_drivers_once() {
+    let tell = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !is_guarding() {
+            tell(panic);
+        }
+    }));
 }
 
 /// The first paragraph of clap's message, which names the argument and the values it may have.

@@ -42,6 +42,7 @@ fn main() -> ExitCode {
 fn run() -> Result<(), Failure> {
     let args = args::parse()?;
     interrupt::install();
+    failure::tell_panics_of_drivers_once();
     match args.command {
         None => quickstart::run(),
         Some(Command::Simplify(args)) => simplify::run(&args),

@@ -5,15 +5,15 @@ use crate::{
     failure::Failure,
     output::{Steps, grouped, megabytes},
     pictures,
-    progress::{Bars, spinning},
-    raster,
+    progress::spinning,
+    raster::simplified,
 };
 use foliage_lod::{
     Error,
     file::{check_writable, write_whole},
     grow::{GrowOptions, Species, grow},
     model::FoliageModel,
-    simplify::{Simplified, SimplifyOptions, simplify},
+    simplify::{Simplified, SimplifyOptions},
 };
 use std::path::Path;
 
@@ -36,8 +36,7 @@ pub fn run() -> Result<(), Failure> {
     let [leaves, wood] = [plant.leaves.len(), plant.wood.triangles()].map(|count| grouped(count as u64));
     steps.done("grow", format!("{SPECIES}: {leaves} leaves, {wood} triangles of wood"))?;
     let options = SimplifyOptions::default();
-    let (mut source, rasteriser) = raster::source(Raster::Auto)?;
-    let Simplified { model, fragments, .. } = simplify(&plant, &options, &mut *source, &mut Bars::new())?;
+    let (Simplified { model, fragments, .. }, rasteriser) = simplified(Raster::Auto, &plant, &options)?;
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", grouped(fragments)))?;
     let bytes = model.to_bytes()?;

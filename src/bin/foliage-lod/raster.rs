@@ -1,29 +1,51 @@
 //! Which rasteriser captures the fragments.
 
-use crate::args::Raster;
+use crate::{args::Raster, progress::Bars};
 use foliage_lod::{
-    Result,
+    Error, Plant, Result,
     render::{
         device::{GpuDevice, GpuOptions},
         fragment_pass::GpuFragments,
+        guard::guarded,
     },
-    simplify::{fragments::FragmentSource, raster::CpuFragments},
+    simplify::{Simplified, SimplifyOptions, fragments::FragmentSource, raster::CpuFragments, simplify},
 };
 
-/// The rasteriser that was asked for, and what a step line calls it.
+/// Makes the model of `plant` by the rasteriser that was asked for, and says what a step line calls it.
 ///
 /// # Errors
-/// [`foliage_lod::Error::Gpu`] when only a GPU would do and none answers.
-pub fn source(raster: Raster) -> Result<(Box<dyn FragmentSource>, String)> {
-    if raster == Raster::Cpu {
-        return Ok((Box::new(CpuFragments::new()), "the CPU".into()));
-    }
-    match GpuDevice::new(&GpuOptions::from_env()).and_then(|device| GpuFragments::new(&device)) {
-        Ok(gpu) => {
-            let name = gpu.adapter().unwrap_or_else(|| "the GPU".into());
-            Ok((Box::new(gpu), name))
-        }
-        Err(error) if raster == Raster::Gpu => Err(error),
-        Err(_) => Ok((Box::new(CpuFragments::new()), "the CPU, as no GPU adapter answers".into())),
-    }
+/// Those of [`simplify()`]. Those of the GPU only when nothing else would do: otherwise the CPU begins anew.
+pub fn simplified(raster: Raster, plant: &Plant, options: &SimplifyOptions) -> Result<(Simplified, String)> {
+    let by = |source: &mut dyn FragmentSource| simplify(plant, options, source, &mut Bars::new());
+    let on_gpu = |gpu: GpuDevice| {
+        let made = GpuFragments::new(&gpu).and_then(|mut source| {
+            let made = by(&mut source);
+            close(source);
+            made
+        });
+        let name = gpu.adapter_name();
+        close(gpu);
+        Ok((made?, name))
+    };
+    let why_cpu = match raster {
+        Raster::Cpu => "",
+        _ => match open() {
+            Ok(gpu) => match on_gpu(gpu) {
+                Err(Error::Gpu { .. } | Error::TooLarge { .. }) if raster == Raster::Auto => ", as the GPU failed",
+                made => return made,
+            },
+            Err(error) if raster == Raster::Gpu => return Err(error),
+            Err(_) => ", as no GPU adapter answers",
+        },
+    };
+    Ok((by(&mut CpuFragments::new())?, format!("the CPU{why_cpu}")))
+}
+
+/// What is made stays made when the device fails while it is closed.
+fn close(handle: impl Sized) {
+    let _ = guarded(|| Ok(drop(handle)));
+}
+
+fn open() -> Result<GpuDevice> {
+    GpuDevice::new(&GpuOptions::from_env())
 }

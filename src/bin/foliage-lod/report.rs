@@ -13,6 +13,7 @@ use foliage_lod::{
     model::FoliageModel,
     render::{
         device::{GpuDevice, GpuOptions},
+        guard::guarded,
         image::Image,
     },
     report::paper::{PaperReport, Row},
@@ -34,7 +35,7 @@ pub fn run(args: &args::Report) -> Result<(), Failure> {
     check_writable(folder.join("paper.csv"))?;
     let mut steps = Steps::new(args.json);
     let models = SPECIES.iter().map(|name| model(name, args, &mut steps)).collect::<Result<Vec<_>, Failure>>()?;
-    let report = spinning("measuring", || PaperReport::measure(&gpu, &models, args.size, |_| {}))?;
+    let report = spinning("measuring", || guarded(|| PaperReport::measure(&gpu, &models, args.size, |_| {})))?;
     steps.done("measure", format!("{} rows on {}", report.rows.len(), gpu.adapter_name()))?;
     write(&report, folder)?;
     steps.done("write", format!("paper.csv, figure-3 to figure-7 in {}", folder.display()))?;

@@ -10,7 +10,7 @@ use crate::{
 };
 use foliage_lod::{
     Error,
-    render::{device::GpuDevice, foliage::Frame},
+    render::{device::GpuDevice, foliage::Frame, guard::guarded},
     report::{
         page::SceneReport,
         scene_costs::{Cost, Seen, Shot, cases, measure},
@@ -39,7 +39,8 @@ pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<
     let shots: Vec<Shot> = (0..SHOTS).map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN)).collect();
     let cases = cases(&opened.look());
     let advance = |_| interrupt::check();
-    let costs = spinning("drawing in turns", || measure(gpu, &opened.models, &shots, &cases, SIZE, ROUNDS, advance))?;
+    let measure = || measure(gpu, &opened.models, &shots, &cases, SIZE, ROUNDS, advance);
+    let costs = spinning("drawing in turns", || guarded(measure))?;
     for cost in &costs {
         let Cost { name, frame_seconds, ratio, .. } = cost;
         let leaves = grouped(cost.leaves);

@@ -5,8 +5,8 @@ use crate::{
     failure::Failure,
     output::{self, Steps, grouped, megabytes},
     pictures,
-    progress::{Bars, spinning},
-    raster,
+    progress::spinning,
+    raster::simplified,
 };
 use foliage_lod::{
     Error, Plant, file,
@@ -16,7 +16,7 @@ use foliage_lod::{
         offline::peak_bytes,
         target::{Reached, Target},
     },
-    simplify::{Simplified, simplify},
+    simplify::Simplified,
 };
 use serde_json::json;
 use std::path::Path;
@@ -38,8 +38,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     warnings.iter().for_each(|warning| output::complaint(format_args!("warning: {warning}")));
     let import_seconds =
         steps.done("read", format!("{}: {} leaves", plant.name, grouped(plant.leaves.len() as u64)))?;
-    let (mut source, rasteriser) = raster::source(args.raster)?;
-    let Simplified { model, fragments, seconds } = simplify(&plant, &options, &mut *source, &mut Bars::new())?;
+    let (Simplified { model, fragments, seconds }, rasteriser) = simplified(args.raster, &plant, &options)?;
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", grouped(fragments)))?;
     let bytes = model.to_bytes()?;

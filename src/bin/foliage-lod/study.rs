@@ -52,6 +52,9 @@ pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
         let plant = load(name, args, &mut steps)?;
         reports.push(study(&plant, args, &options, gpu.as_ref(), &mut steps)?);
     }
+    if let Some(Err(error)) = gpu.as_ref().map(GpuDevice::check) {
+        output::complaint(format_args!("warning: frame times are missing from here on: {error}"));
+    }
     let adapter = gpu.as_ref().map(GpuDevice::adapter_name);
     let adapter = adapter.as_deref();
     write(&reports, &scenes, adapter, folder)?;

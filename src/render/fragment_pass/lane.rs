@@ -89,7 +89,7 @@ impl Lane {
         self.bind(gpu.device(), pipelines, masks);
         gpu.check()?;
         let commands = self.encode(gpu.device(), pipelines, job);
-        let submission = gpu.queue().submit([commands]);
+        let submission = gpu.submit([commands])?;
         let mapped = MapResult::default();
         let report = mapped.clone();
         self.readback.map_async(wgpu::MapMode::Read, 0..fragment_bytes(job.capacity), move |result| {
@@ -109,10 +109,7 @@ impl Lane {
         out: &mut Vec<Coverage>,
     ) -> Result<u32> {
         let Some((submission, mapped)) = self.in_flight.take() else { return Ok(0) };
-        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(LONGEST_WAIT) };
-        let waited = gpu.device().poll(wait);
-        gpu.check()?;
-        waited.map_err(|error| gpu_error(format!("{} does not answer: {}", gpu.adapter_name(), one_line(&error))))?;
+        gpu.wait(submission, LONGEST_WAIT)?;
         match mapped.lock().unwrap_or_else(PoisonError::into_inner).take() {
             Some(Ok(())) => {}
             other => return Err(gpu_error(format!("fragments cannot be read back: {other:?}"))),
@@ -126,11 +123,10 @@ impl Lane {
     }
 
     /// Leaves a job that nobody will collect.
-    pub(super) fn abandon(&mut self, device: &wgpu::Device) {
+    pub(super) fn abandon(&mut self, gpu: &GpuDevice) {
         if let Some((submission, _)) = self.in_flight.take() {
             // The batch has failed already; what becomes of this job no longer matters.
-            let _ =
-                device.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(LONGEST_WAIT) });
+            let _ = gpu.wait(submission, LONGEST_WAIT);
             self.readback.unmap();
         }
     }

@@ -15,7 +15,9 @@ mod job;
 mod lane;
 
 use super::{
+    buffers::filled,
     device::GpuDevice,
+    guard::guarded,
     shader::{ShaderSource, wrap_number},
 };
 use crate::{
@@ -26,7 +28,6 @@ use crate::{
 use job::{Job, cover_outside};
 use lane::Lane;
 use std::collections::VecDeque;
-use wgpu::util::DeviceExt;
 
 /// Most fragments of one job: 32 MiB, and what one triangle covers that fills the largest view.
 pub const MAX_FRAGMENTS_PER_JOB: u32 = 1 << 22;
@@ -112,11 +113,13 @@ impl GpuFragments {
     /// them, or when it fails.
     pub fn new(gpu: &GpuDevice) -> Result<Self> {
         gpu.require(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE | wgpu::DownlevelFlags::VERTEX_STORAGE)?;
-        let pipelines = Pipelines::new(gpu.device());
-        let mask_buffers = MaskBuffers::new(gpu.device(), &[]);
-        let lanes = [Lane::new(gpu.device()), Lane::new(gpu.device())];
-        gpu.check()?;
-        Ok(Self { gpu: gpu.clone(), pipelines, masks: Vec::new(), mask_buffers, lanes })
+        guarded(|| {
+            let pipelines = Pipelines::new(gpu.device());
+            let mask_buffers = MaskBuffers::new(gpu.device(), &[]);
+            let lanes = [Lane::new(gpu.device()), Lane::new(gpu.device())];
+            gpu.check()?;
+            Ok(Self { gpu: gpu.clone(), pipelines, masks: Vec::new(), mask_buffers, lanes })
+        })
     }
 
     /// Refuses a view that does not fit the adapter's textures or a triangle number's bits.
@@ -169,10 +172,12 @@ impl FragmentSource for GpuFragments {
             let fix = "use smaller textures or --raster cpu".into();
             return Err(Error::TooLarge { what: "bytes of alpha masks".into(), value: bytes, limit, fix });
         }
-        self.mask_buffers = MaskBuffers::new(self.gpu.device(), masks);
-        self.masks = masks.to_vec();
-        self.lanes.iter_mut().for_each(Lane::forget_bindings);
-        self.gpu.check()
+        guarded(|| {
+            self.mask_buffers = MaskBuffers::new(self.gpu.device(), masks);
+            self.masks = masks.to_vec();
+            self.lanes.iter_mut().for_each(Lane::forget_bindings);
+            self.gpu.check()
+        })
     }
 
     fn capture(&mut self, view: ViewTriangles<'_>, out: &mut Vec<Coverage>) -> Result<()> {
@@ -186,9 +191,9 @@ impl FragmentSource for GpuFragments {
             cover_outside(view, &self.masks, out);
             jobs.extend(Job::plan(i, view));
         }
-        let result = self.run(jobs, views, out);
+        let result = guarded(|| self.run(jobs, views, out));
         if result.is_err() {
-            self.lanes.iter_mut().for_each(|lane| lane.abandon(self.gpu.device()));
+            self.lanes.iter_mut().for_each(|lane| lane.abandon(&self.gpu));
         }
         result
     }
@@ -212,10 +217,7 @@ impl MaskBuffers {
             headers.push(bytemuck::Zeroable::zeroed());
             words.push(0);
         }
-        let buffer = |label, contents| {
-            let usage = wgpu::BufferUsages::STORAGE;
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
-        };
+        let buffer = |label, contents| filled(device, label, wgpu::BufferUsages::STORAGE, contents);
         Self {
             headers: buffer("mask headers", bytemuck::cast_slice(&headers)),
             words: buffer("mask words", bytemuck::cast_slice(&words)),

@@ -1,0 +1,62 @@
+//! Runs the command from outside.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Child, Command, Output, Stdio},
+    time::{Duration, Instant},
+};
+use tempfile::TempDir;
+
+pub const COMMAND: &str = env!("CARGO_BIN_EXE_foliage-lod");
+/// The longest that a run may take.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// The command in `folder`, its streams caught.
+pub fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(COMMAND);
+    command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    // Without it some drivers write to stderr.
+    command.env("XDG_RUNTIME_DIR", folder);
+    command
+}
+
+/// What `child` gave; a panic where it does not end.
+pub fn ended(mut child: Child, what: &[&str]) -> Output {
+    let started = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if started.elapsed() > LIMIT {
+            child.kill().unwrap();
+            panic!("{what:?} does not end");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+/// What the command gives in `folder`.
+pub fn run(folder: &TempDir, arguments: &[&str]) -> Output {
+    ended(command(folder.path(), arguments).spawn().unwrap(), arguments)
+}
+
+/// The one line on stderr of a run that ended with `code`: what is wrong, and after a semicolon or a colon what helps.
+pub fn error_line(output: &Output, code: i32) -> String {
+    let text = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    assert!(text.starts_with("error: ") && text.ends_with('\n') && text.lines().count() == 1, "{text:?}");
+    assert!(text.contains("; "), "no fix in {text:?}");
+    text
+}
+
+/// Fails with what the command complained about, unless it succeeded.
+pub fn succeeds(output: &Output) {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Names in `folder`, sorted.
+pub fn names(folder: &TempDir) -> Vec<String> {
+    let entries = fs::read_dir(folder.path()).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
