@@ -279,10 +279,7 @@ fn a_plant_far_from_the_origin_is_pruned_as_at_the_origin() {
         plants::push_card(&mut plant, base, along, across, base);
     }
     let far = moved(&plant, |position| position + Vec3::new(4_194_304.0, -4_194_304.0, 4_194_304.0));
-    // Looks are single precision, so what pictures decide may differ.
-    let by_image =
-        |options: &SimplifyOptions| options.criterion == Criterion::Image || options.compensate == Compensate::Image;
-    for options in all_options(24).into_iter().filter(|options| !by_image(options)) {
+    for options in all_options(24) {
         assert_eq!(prunes_of(&far, &options), prunes_of(&plant, &options), "{options:?}");
     }
 }

@@ -33,12 +33,13 @@ pub(super) fn plant(source: Source, options: &ImportOptions, budget: &Budget) ->
     let pieces: Vec<Vec<Vec<u32>>> = source.meshes.iter().map(|mesh| pieces(&mesh.vertices, &mesh.indices)).collect();
     let judgements = foliage::judge(&source, &pieces, options.leaves.as_deref())?;
     let mut leaves = Vec::new();
-    let mut wood = WoodBuilder::default();
+    let origin = source.origin();
+    let mut wood = WoodBuilder { origin, ..WoodBuilder::default() };
     for (part, judgement) in source.parts.iter().zip(&judgements) {
         let leaf_pieces = pieces[part.mesh].iter().zip(&judgement.is_leaf);
         let [mut of_leaves, mut of_wood] = [Vec::new(), Vec::new()];
         leaf_pieces.for_each(|(piece, is_leaf)| if *is_leaf { of_leaves.push(piece) } else { of_wood.push(piece) });
-        push_leaves(&source, part, &of_leaves, &mut leaves)?;
+        push_leaves(&source, part, &of_leaves, origin, &mut leaves)?;
         wood.push(&source, part, &of_wood)?;
     }
     if options.group == Group::Crossed {
@@ -60,7 +61,12 @@ pub(super) fn plant(source: Source, options: &ImportOptions, budget: &Budget) ->
     let mut plant = Plant { name: source.name, ..Plant::default() };
     push_all(&mut plant, leaves, wood);
     keep_used_materials(&mut plant, source.materials, source.textures);
-    Ok(Imported { plant, findings, warnings: source.warnings })
+    let mut warnings = source.warnings;
+    if origin != DVec3::ZERO {
+        let at = origin.to_array();
+        warnings.push(format!("the plant stands at {at:?}, too far away for its size: it is moved to the origin"));
+    }
+    Ok(Imported { plant, origin: origin.to_array(), findings, warnings })
 }
 
 /// Instances are counted before they are written out.
@@ -71,10 +77,16 @@ fn check_size(source: &Source, budget: &Budget) -> Result<(), Fault> {
     budget.check(total)
 }
 
-fn push_leaves(source: &Source, part: &Part, pieces: &[&Vec<u32>], leaves: &mut Vec<Leaf>) -> Result<(), Fault> {
+fn push_leaves(
+    source: &Source,
+    part: &Part,
+    pieces: &[&Vec<u32>],
+    origin: DVec3,
+    leaves: &mut Vec<Leaf>,
+) -> Result<(), Fault> {
     let mesh = &source.meshes[part.mesh];
     for place in part.places.iter() {
-        let place = Place::new(*place);
+        let place = Place::new(place, origin);
         for piece in pieces {
             let triangles = mesh.triangles_at(piece, &place);
             check_finite(&part.name, &triangles)?;
@@ -165,6 +177,7 @@ fn median(values: &[f64]) -> f64 {
 /// Collects the wood by material.
 #[derive(Default)]
 struct WoodBuilder {
+    origin: DVec3,
     vertices: Vec<Vertex>,
     known: HashMap<[u32; 12], u32>,
     /// Indices of each material, materials in the order of their first use.
@@ -178,7 +191,7 @@ impl WoodBuilder {
         let mut all: Vec<u32> = pieces.iter().copied().flatten().copied().collect();
         all.sort_unstable();
         for place in part.places.iter() {
-            let triangles = mesh.triangles_at(&all, &Place::new(*place));
+            let triangles = mesh.triangles_at(&all, &Place::new(place, self.origin));
             check_finite(&part.name, &triangles)?;
             let corners = triangles.iter().filter(|corners| has_area(corners)).flatten();
             let indices: Vec<u32> = corners.map(|vertex| self.index(vertex)).collect();

@@ -82,7 +82,7 @@ fn names<'a>(source: &'a Source, part: &'a Part) -> [&'a String; 3] {
 }
 
 fn judge_by_shape(source: &Source, pieces: &[Vec<Vec<u32>>]) -> Vec<Judgement> {
-    let plant_size = plant_size(source);
+    let plant_size = source.bounds().map_or(0.0, |[min, max]| min.distance(max));
     let shapes: Vec<Vec<Shape>> = source.parts.iter().map(|part| shapes(source, part, &pieces[part.mesh])).collect();
     let mut groups: BTreeMap<(usize, Option<usize>), Vec<usize>> = BTreeMap::new();
     for (i, part) in source.parts.iter().enumerate() {
@@ -148,22 +148,6 @@ fn judge_group<'a>(
         return (Verdict::Wood, format!("opaque, {likely} sheets of {percent:.0} % of the plant's size"));
     }
     (Verdict::Leaf, format!("{kind}, {likely} sheets of {percent:.1} % of the plant's size"))
-}
-
-fn plant_size(source: &Source) -> f64 {
-    let mut aabb = Aabb::EMPTY;
-    for part in &source.parts {
-        let mesh = Aabb::of_points(source.meshes[part.mesh].vertices.iter().map(|vertex| vertex.position));
-        if mesh.is_empty() {
-            continue;
-        }
-        let corner = |i: usize, axis: usize| if i >> axis & 1 == 0 { mesh.min[axis] } else { mesh.max[axis] };
-        let corners = (0..8).map(|i| DVec3::from_array([0, 1, 2].map(|axis| f64::from(corner(i, axis)))));
-        for corner in corners {
-            part.places.iter().for_each(|place| aabb.add(place.transform_point3(corner).as_vec3().to_array()));
-        }
-    }
-    aabb.size().as_dvec3().length()
 }
 
 fn shapes(source: &Source, part: &Part, pieces: &[Vec<u32>]) -> Vec<Shape> {

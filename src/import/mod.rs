@@ -111,6 +111,9 @@ pub struct Imported {
     /// The plant. Each leaf is in the canonical form of [`Plant::canonicalize`]; leaves lie in the order in which their
     /// first triangles appear in the file.
     pub plant: Plant,
+    /// Where the plant's origin is in the file: zero, unless the plant stands so far away (about 170 of its radii) that single
+    /// precision would round its leaves. Then it is the plant's middle, and was taken off every position.
+    pub origin: [f64; 3],
     /// What each part was taken for and why.
     pub findings: Vec<Finding>,
     /// What was left out and does not matter for the cut into leaves: one line each, such as a missing texture.

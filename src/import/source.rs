@@ -1,10 +1,11 @@
 //! What a file holds, before anything in it is called leaf or wood.
 
 use crate::{
+    bounds::Aabb,
     leaf::Vertex,
     material::{AlphaMode, Material, Texture},
 };
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{BVec3, DAffine3, DMat3, DVec3, Vec3};
 use std::rc::Rc;
 
 /// The content of a file: meshes, where they stand, materials.
@@ -26,6 +27,37 @@ pub(super) struct Source {
     pub(super) warnings: Vec<String>,
 }
 
+impl Source {
+    /// Least and greatest corner of a box around everything as it stands; `None` where there is nothing.
+    pub(super) fn bounds(&self) -> Option<[DVec3; 2]> {
+        let of_part = |part: &Part| {
+            let mesh = Aabb::of_points(self.meshes[part.mesh].vertices.iter().map(|vertex| vertex.position));
+            let [min, max] = [mesh.min, mesh.max].map(|corner| Vec3::from(corner).as_dvec3());
+            let corners = (0..8).map(|i| DVec3::select(BVec3::new(i & 1 == 0, i & 2 == 0, i & 4 == 0), min, max));
+            let placed = corners.flat_map(|corner| part.places.iter().map(move |place| place.transform_point3(corner)));
+            placed.map(|corner| [corner; 2]).reduce(around).filter(|_| !mesh.is_empty())
+        };
+        self.parts.iter().filter_map(of_part).reduce(around)
+    }
+
+    /// What has to be taken off every position so that single precision keeps them to [`PRECISION`] of the plant's size: the
+    /// middle of a plant that stands far away, else nothing.
+    pub(super) fn origin(&self) -> DVec3 {
+        let Some([min, max]) = self.bounds() else { return DVec3::ZERO };
+        let middle = min.midpoint(max).as_vec3().as_dvec3();
+        let rounding = middle.abs().max_element() * f64::from(f32::EPSILON) * 0.5;
+        let is_far = middle.is_finite() && rounding > PRECISION * min.distance(max) * 0.5;
+        if is_far { middle } else { DVec3::ZERO }
+    }
+}
+
+/// The box around two.
+fn around([min, max]: [DVec3; 2], [other_min, other_max]: [DVec3; 2]) -> [DVec3; 2] {
+    [min.min(other_min), max.max(other_max)]
+}
+
+/// To how much of a plant's radius positions should be right. Farther from the origin than about 170 radii they would not be.
+const PRECISION: f64 = 1e-5;
 /// Longest name in bytes. One name may be told many times over.
 const MAX_NAME_BYTES: usize = 256;
 
@@ -96,8 +128,9 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// The place `plant_from_mesh`.
-    pub(super) fn new(plant_from_mesh: DAffine3) -> Self {
+    /// The place `source_from_mesh` of a plant whose origin is at `origin` of the source.
+    pub(super) fn new(source_from_mesh: &DAffine3, origin: DVec3) -> Self {
+        let plant_from_mesh = DAffine3 { translation: source_from_mesh.translation - origin, ..*source_from_mesh };
         let linear = plant_from_mesh.matrix3;
         // The cofactors turn normals as the inverse transpose does and exist for flat scales too.
         let cofactors = DMat3::from_cols(

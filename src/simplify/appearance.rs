@@ -96,7 +96,7 @@ impl Appearance {
     /// # Errors
     /// [`Unreadable`](crate::Error::Unreadable) when a texture cannot be decoded.
     pub fn image(plant: &Plant, views: &ViewSet) -> Result<Self> {
-        let sampler = Sampler::new(plant)?;
+        let sampler = Sampler::new(plant, views.center())?;
         let leaves: Vec<Surface> = plant
             .leaves
             .iter()
@@ -110,12 +110,13 @@ impl Appearance {
             sum.joined(sampler.surface(&plant.wood.vertices, indices, part.material))
         });
         let crown = Aabb::of_points(plant.vertices.iter().map(|vertex| vertex.position));
+        let crown_center = crown.center() - views.center();
         let half_size = (crown.size() * 0.5).max(Vec3::splat(f32::MIN_POSITIVE));
         let mut looks = Vec::with_capacity((leaves.len() + 2) * views.views.len());
         for view in &views.views {
             looks.extend(leaves.iter().map(|leaf| {
-                let in_crown = (leaf.center - crown.center()).as_vec3() / half_size;
-                let to_eye = view.toward * CAMERA_DISTANCE - views.unit_from_plant(leaf.center);
+                let in_crown = (leaf.center - crown_center).as_vec3() / half_size;
+                let to_eye = view.toward * CAMERA_DISTANCE - leaf.center * views.unit_length(1.0);
                 leaf.look(openness(in_crown.length()), to_eye.as_vec3())
             }));
             looks.push([0; 8]);
@@ -140,6 +141,7 @@ impl Appearance {
 #[derive(Debug, Clone, Copy, Default)]
 struct Surface {
     area: f64,
+    /// Relative to the middle of the views, so that it keeps its digits far from the origin.
     center: DVec3,
     /// Linear.
     albedo: Vec3,
@@ -176,16 +178,19 @@ struct Sampler<'a> {
     textures: Vec<Option<Pixels>>,
     /// Linear value of each sRGB byte.
     decoded: [f32; 256],
+    /// What centres are relative to.
+    origin: DVec3,
 }
 
 impl<'a> Sampler<'a> {
-    fn new(plant: &'a Plant) -> Result<Self> {
+    fn new(plant: &'a Plant, origin: DVec3) -> Result<Self> {
         let used = |index: usize| plant.materials.iter().any(|material| material.texture == Some(index as u32));
         let decode = |(index, texture): (usize, &Texture)| used(index).then(|| texture.decode()).transpose();
         Ok(Self {
             materials: &plant.materials,
             textures: plant.textures.iter().enumerate().map(decode).collect::<Result<_>>()?,
             decoded: linear_bytes(),
+            origin,
         })
     }
 
@@ -198,7 +203,7 @@ impl<'a> Sampler<'a> {
     }
 
     fn triangle(&self, corners: [&Vertex; 3], material: &Material) -> Surface {
-        let [a, b, c] = corners.map(|corner| Vec3::from(corner.position).as_dvec3());
+        let [a, b, c] = corners.map(|corner| Vec3::from(corner.position).as_dvec3() - self.origin);
         let area = (b - a).cross(c - a).length_squared().sqrt() * 0.5;
         let normal = corners.iter().map(|corner| Vec3::from(corner.normal)).sum::<Vec3>().normalize_or_zero();
         let (mut covered, mut all) = ((Vec3::ZERO, 0.0), (Vec3::ZERO, 0.0));
@@ -314,7 +319,7 @@ mod tests {
             vertex.uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]][i % 3];
             vertex.color = [1.0; 4];
         }
-        let sampler = Sampler::new(&plant).unwrap();
+        let sampler = Sampler::new(&plant, DVec3::ZERO).unwrap();
         assert_eq!(sampler.surface(&plant.vertices, &plant.indices[..3], 0).albedo, Vec3::new(1.0, 0.0, 0.0));
     }
 }

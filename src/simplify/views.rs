@@ -82,6 +82,11 @@ impl ViewSet {
         Ok(Self { center: sphere.center(), inv_radius, resolution, views })
     }
 
+    /// The middle of what is framed, in the plant's units.
+    pub fn center(&self) -> DVec3 {
+        self.center
+    }
+
     /// From the plant's space to unit space.
     pub fn unit_from_plant(&self, point: DVec3) -> DVec3 {
         (point - self.center) * self.inv_radius

@@ -1,5 +1,7 @@
 //! Small glTF files, made here: a row of cards, as JSON and buffer that a test may change before it writes them.
 
+#![allow(dead_code)] // Each test binary uses its part.
+
 use serde_json::{Value, json};
 
 /// A glTF file in parts.
@@ -51,6 +53,13 @@ pub fn cards(count: u16) -> Gltf {
 }
 
 impl Gltf {
+    /// The parts of a sound binary glTF file.
+    pub fn of(bytes: &[u8]) -> Self {
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let (json, buffer) = bytes[20..].split_at(length);
+        Self { json: serde_json::from_slice(json).unwrap(), buffer: buffer[8..].to_vec() }
+    }
+
     /// Appends `bytes` to the buffer as a view and `accessor` on it; returns the accessor's number.
     pub fn push(&mut self, bytes: &[u8], mut accessor: Value) -> usize {
         let view = json!({ "buffer": 0, "byteOffset": self.buffer.len(), "byteLength": bytes.len() });

@@ -75,7 +75,7 @@ fn is_model(path: &Path) -> bool {
     has_magic || path.extension().is_some_and(|extension| extension == "vds")
 }
 
-fn tell_plant(Imported { plant, findings, warnings }: &Imported) -> Result<(), Failure> {
+fn tell_plant(Imported { plant, findings, warnings, .. }: &Imported) -> Result<(), Failure> {
     findings.iter().try_for_each(output::line)?;
     warnings.iter().try_for_each(|warning| output::line(format_args!("warning: {warning}")))?;
     let leaves = plant.leaves.len();
@@ -133,7 +133,7 @@ fn tell_bounds(aabb: Aabb, sphere: Sphere) -> Result<(), Failure> {
     output::line(format_args!("bounds: {:?} to {:?}, radius {:.4}", aabb.min, aabb.max, sphere.radius))
 }
 
-fn plant_json(Imported { plant, findings, warnings }: &Imported) -> Value {
+fn plant_json(Imported { plant, origin, findings, warnings }: &Imported) -> Value {
     let findings: Vec<Value> = findings
         .iter()
         .map(|finding| {
@@ -155,6 +155,7 @@ fn plant_json(Imported { plant, findings, warnings }: &Imported) -> Value {
         "wood_triangles": plant.wood.triangles(),
         "materials": materials_json(&plant.materials),
         "bounds": bounds_json(plant.aabb(), plant.sphere()),
+        "origin": origin,
         "findings": findings,
         "warnings": warnings,
     })
