@@ -96,12 +96,12 @@ type Cell = ([i64; 3], i32);
 
 /// Cards of level `l` are between 2^(l-1) and 2^l in size.
 fn level(card: &Card) -> i32 {
-    card.size.max(f64::MIN_POSITIVE).log2().ceil() as i32
+    libm::log2(card.size.max(f64::MIN_POSITIVE)).ceil() as i32
 }
 
 /// How far from a card's centre another of `level` may be that crosses it.
 fn reach(level: i32) -> f64 {
-    f64::from(level).exp2() * SAME_CENTER
+    libm::exp2(level.into()) * SAME_CENTER
 }
 
 /// Cells are twice as wide as the reach: what a card may cross lies in at most two along each axis.

@@ -152,7 +152,7 @@ fn judge_group<'a>(
 
 fn shapes(source: &Source, part: &Part, pieces: &[Vec<u32>]) -> Vec<Shape> {
     let mesh = &source.meshes[part.mesh];
-    let scale = part.places.first().map_or(1.0, |place| place.matrix3.determinant().abs().cbrt());
+    let scale = part.places.first().map_or(1.0, |place| libm::cbrt(place.matrix3.determinant().abs()));
     pieces.iter().map(|piece| shape(mesh, piece, scale)).collect()
 }
 

@@ -30,7 +30,7 @@ pub(super) struct UvTransform {
 
 impl UvTransform {
     fn new(transform: &TextureTransform) -> Self {
-        let (sin, cos) = transform.rotation.0.sin_cos();
+        let (sin, cos) = libm::sincosf(transform.rotation.0);
         // Counter-clockwise as seen, where v points down.
         let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
         let linear = rotation * Mat2::from_diagonal(Vec2::from(transform.scale.0));

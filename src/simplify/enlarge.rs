@@ -138,7 +138,8 @@ impl Enlarger {
 
     /// A leaf's surface area at its current scale.
     fn area(&self, leaf: u32) -> f64 {
-        self.areas[leaf as usize] * f64::from(self.scales[leaf as usize]).powi(2)
+        let scale = f64::from(self.scales[leaf as usize]);
+        self.areas[leaf as usize] * (scale * scale)
     }
 
     /// The target's scale with `area` added to its own, capped; never less than it is.

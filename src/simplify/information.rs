@@ -14,6 +14,8 @@
 //!
 //! Limits: areas up to 2^32, and sums stay within `i64` for at most `max_area` pixels over all views.
 
+use libm::log2;
+
 /// Rounding happens from this precision, so that results equal the correctly rounded logarithm but for one in 2^20.
 const INTERNAL_BITS: u32 = 58;
 /// Arguments below `1 << TABLE_BITS` are looked up, larger ones take three terms of a series.
@@ -39,7 +41,7 @@ impl FixedLog {
     /// The fraction gets as many bits as keep the sum over all views of any error within `i64`.
     pub fn new(max_area: u64) -> Self {
         let area = max_area.max(2) as f64;
-        let headroom = SUM_BITS - (area * area.log2()).log2().ceil() - 1.0;
+        let headroom = SUM_BITS - log2(area * log2(area)).ceil() - 1.0;
         let fraction_bits = (headroom.max(1.0) as u32).min(MAX_FRACTION_BITS);
         let internal = internal_table();
         let rounded = internal.iter().map(|&log| round(log, fraction_bits)).collect();

@@ -77,7 +77,8 @@ pub fn estimated_bytes(plant: &Plant, options: &SimplifyOptions) -> Result<u64> 
 /// Half the plant's surface in square pixels at its middle's distance.
 fn fragments_of_a_view(plant: &Plant, views: &ViewSet) -> f64 {
     let surface = area(&plant.vertices, &plant.indices) + area(&plant.wood.vertices, &plant.wood.indices);
-    0.5 * surface * views.pixels_of_length(1.0).powi(2)
+    let pixels = views.pixels_of_length(1.0);
+    0.5 * surface * (pixels * pixels)
 }
 
 fn area(vertices: &[Vertex], indices: &[u32]) -> f64 {

@@ -43,7 +43,10 @@ pub fn simplified(raster: Raster, plant: &Plant, options: &SimplifyOptions) -> R
 
 /// What is made stays made when the device fails while it is closed.
 fn close(handle: impl Sized) {
-    let _ = guarded(|| Ok(drop(handle)));
+    let _ = guarded(|| {
+        drop(handle);
+        Ok(())
+    });
 }
 
 fn open() -> Result<GpuDevice> {
