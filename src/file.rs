@@ -1,4 +1,6 @@
 //! Output files: refused before the work starts, replaced whole or not at all. Input files: regular ones.
+//!
+//! Limits: a process that is killed outright while it writes leaves its temporary file, `.foliage-lod-*.part`.
 
 use crate::{Error, Result};
 use std::{
@@ -12,8 +14,8 @@ use tempfile::NamedTempFile;
 /// there stays: the bytes go to a temporary file in the same folder, to the disk, and are then renamed.
 ///
 /// # Errors
-/// [`Error::Io`] when the folder does not exist or cannot be written to, when `path` is no regular file, or when the disk
-/// is full.
+/// [`Error::Io`] when the folder does not exist or cannot be written to, when `path` is read-only or no regular file, or when
+/// the disk is full.
 pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
     let path = path.as_ref();
     let failed = |source| Error::io(path, source);
@@ -31,6 +33,20 @@ pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
 /// [`Error::Io`] as for [`write_whole`].
 pub fn check_writable(path: impl AsRef<Path>) -> Result<()> {
     temporary_beside(path.as_ref()).map(drop)
+}
+
+/// Fails when `output` is one of `inputs`, by whatever name: what is read would be lost.
+///
+/// # Errors
+/// [`Error::Io`] that names the output.
+pub fn check_apart(output: impl AsRef<Path>, inputs: impl IntoIterator<Item: AsRef<Path>>) -> Result<()> {
+    let output = output.as_ref();
+    let Ok(target) = fs::canonicalize(output) else { return Ok(()) };
+    if inputs.into_iter().any(|input| fs::canonicalize(input).is_ok_and(|input| input == target)) {
+        let why = "is what is read and would be lost; name another file to write to";
+        return Err(Error::io(output, io::Error::new(ErrorKind::InvalidInput, why)));
+    }
+    Ok(())
 }
 
 /// Opens a regular file. Anything else is refused before it is opened: a pipe that nobody writes to would never answer.
@@ -57,6 +73,9 @@ fn temporary_beside(path: &Path) -> Result<(NamedTempFile, PathBuf)> {
     }
     if target.exists() && !target.is_file() {
         return refused(ErrorKind::InvalidInput, "is not a regular file; name one that can be replaced");
+    }
+    if fs::metadata(&target).is_ok_and(|target| target.permissions().readonly()) {
+        return refused(ErrorKind::PermissionDenied, "is read-only; make it writable or name another file");
     }
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {

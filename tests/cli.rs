@@ -415,14 +415,17 @@ fn stochastic_pictures_depend_on_seed_area_and_fade() {
 #[test]
 fn more_memory_than_allowed_is_refused_with_one_line_that_says_how_much() {
     let folder = folder_with_tree(60);
-    let arguments = ["simplify", "tree.glb", "-o", "a.vds", "--raster", "cpu", "--resolution", "64", "--max-memory"];
-    let refused = run(&folder, &[&arguments[..], &["3"]].concat());
-    let line = String::from_utf8(refused.stderr).unwrap();
-    assert_eq!((refused.status.code(), line.lines().count()), (Some(1), 1), "{line}");
-    assert!(
-        line.contains("20 views of 64 x 64") && line.contains("above the limit of 3; lower --resolution"),
-        "{line}"
-    );
+    let arguments = ["simplify", "tree.glb", "-o", "a.vds", "--raster", "cpu", "--resolution", "256", "--max-memory"];
+    let views = "20 views of 256 x 256, in MB, is ";
+    for (limit, needs, fix) in
+        [("3", "triangles, instances counted, in MB, is ", "split the file"), ("40", views, "lower --resolution")]
+    {
+        let refused = run(&folder, &[&arguments[..], &[limit]].concat());
+        let line = String::from_utf8(refused.stderr).unwrap();
+        assert_eq!((refused.status.code(), line.lines().count()), (Some(1), 1), "{line}");
+        let told = line.contains(needs) && line.contains(&format!("above the limit of {limit}; {fix}"));
+        assert!(told && line.contains("--max-memory"), "{line}");
+    }
     assert_eq!(names(&folder), ["tree.glb"]);
     assert!(run(&folder, &[&arguments[..], &["3000"]].concat()).status.success());
 }

@@ -86,6 +86,37 @@ fn a_target_that_is_no_regular_file_is_refused_and_left_alone() {
     assert_eq!(names(&folder), ["folder", "full", "old.vds", "pipe", "tree.glb"]);
 }
 
+#[test]
+fn a_target_that_is_read_or_read_only_is_refused_and_left_alone() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("locked"), "old").unwrap();
+    fs::set_permissions(path("locked"), fs::Permissions::from_mode(0o444)).unwrap();
+    symlink("tree.glb", path("link")).unwrap();
+    fs::write(path("birch.toml"), include_str!("../data/species/betula-populifolia.toml")).unwrap();
+    let scene = "[[models]]\nname = \"birch\"\nfile = \"old.vds\"\n[[plants]]\nmodel = \"birch\"\n";
+    fs::write(path("scene.toml"), scene).unwrap();
+    let contents = || names(&folder).iter().map(|name| fs::read(path(name)).unwrap()).collect::<Vec<_>>();
+    let before = contents();
+    for writer in WRITERS {
+        let line = error_line(&run(&folder, &[writer, &["-o", "locked"]].concat()), 1);
+        assert!(line.contains("locked: ") && line.contains("read-only"), "{line}");
+    }
+    let inputs: [&[&str]; 6] = [
+        &["simplify", "tree.glb", "-o", "./tree.glb"],
+        &["simplify", "link", "-o", "tree.glb"],
+        &["render", "old.vds", "-o", "old.vds"],
+        &["render", "scene.toml", "-o", "scene.toml"],
+        &["render", "scene.toml", "-o", "old.vds", "--size", "32x32"],
+        &["grow", "birch.toml", "-o", "birch.toml"],
+    ];
+    for arguments in inputs {
+        let line = error_line(&run(&folder, arguments), 1);
+        assert!(line.contains("is what is read"), "{line}");
+    }
+    assert!(contents() == before);
+}
+
 /// A shell's limit on the length of files stands in for a full disk; without its signal, writing fails in the same way.
 #[test]
 fn a_disk_that_fills_up_leaves_what_was_there() {
@@ -174,6 +205,32 @@ fn an_interruption_at_any_moment_leaves_the_old_file_or_a_whole_new_one() {
     }
     println!("{untold} before it listens, {stopped} stopped, {finished} finished");
     assert!(stopped > 0);
+}
+
+/// Nothing can be done after SIGKILL: a temporary file may stay behind.
+#[test]
+fn a_process_that_is_killed_at_any_moment_leaves_the_old_file_or_a_whole_new_one() {
+    let folder = folder();
+    let arguments = [&SIMPLIFY[..], &["-o", "out"]].concat();
+    let started = Instant::now();
+    succeeds(&run(&folder, &arguments));
+    let longest = started.elapsed();
+    let new = fs::read(folder.path().join("out")).unwrap();
+    let mut random = Random(33);
+    let mut killed = 0;
+    for _ in 0..20 {
+        fs::write(folder.path().join("out"), "old").unwrap();
+        let mut child = command(folder.path(), &arguments).spawn().unwrap();
+        // Most of the writing lies in the second half.
+        std::thread::sleep(longest.mul_f64(0.5 + (random.next() % 1000) as f64 / 2000.0));
+        child.kill().unwrap();
+        killed += usize::from(child.wait().unwrap().signal() == Some(9));
+        let out = fs::read(folder.path().join("out")).unwrap();
+        assert!(out == new || out == b"old", "{} bytes of {}", out.len(), new.len());
+    }
+    assert!(killed > 0);
+    let others: Vec<_> = names(&folder).into_iter().filter(|name| !name.starts_with(".foliage-lod-")).collect();
+    assert_eq!(others, ["old.vds", "out", "tree.glb"]);
 }
 
 #[test]

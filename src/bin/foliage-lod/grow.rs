@@ -7,7 +7,7 @@ use crate::{
     progress::spinning,
 };
 use foliage_lod::{
-    file::{check_writable, write_whole},
+    file::{check_apart, check_writable, write_whole},
     grow::{GrowOptions, Species, glb::write_glb, grow},
 };
 use serde_json::json;
@@ -15,6 +15,7 @@ use serde_json::json;
 /// Runs the subcommand.
 pub fn run(args: &args::Grow) -> Result<(), Failure> {
     check_writable(&args.output)?;
+    check_apart(&args.output, [&args.species])?;
     let species = Species::named(&args.species)?;
     let mut steps = Steps::new(args.json);
     let options = GrowOptions { leaves: args.leaves, seed: args.seed };

@@ -30,10 +30,12 @@ use serde_json::{Map, Value, json};
 pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     check_numbers(args)?;
     file::check_writable(&args.output)?;
+    file::check_apart(&args.output, [&args.model])?;
     let mut steps = Steps::new(args.json);
     if scene::is_scene(&args.model) {
         scene::refuse(&args.not_for_scenes())?;
         let mut opened = Opened::open(&args.model, &mut steps)?;
+        file::check_apart(&args.output, opened.model_files(&args.model))?;
         let all = opened.plants();
         let staging = opened.staging(args.seconds, args.size, args.method == Method::Full);
         return finish(args, &staging, all, &mut steps);

@@ -20,7 +20,7 @@ use foliage_lod::{
     simplify::{SimplifyOptions, raster::CpuFragments, simplify},
 };
 use glam::DVec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Distance of the near plane over the smallest plant's radius.
 const NEAR_RADII: f64 = 1e-2;
@@ -47,6 +47,11 @@ pub fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
+fn model_files(file: &SceneFile, path: &Path) -> impl Iterator<Item = PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    file.models.iter().filter_map(|source| source.file.as_ref()).map(move |model| folder.join(model))
+}
+
 impl Opened {
     /// Reads a scene and everything that it refers to.
     ///
@@ -54,13 +59,12 @@ impl Opened {
     /// Those of reading, growing and simplifying.
     pub fn open(path: &Path, steps: &mut Steps) -> std::result::Result<Self, crate::failure::Failure> {
         let file = SceneFile::read(path)?;
-        let folder = path.parent().unwrap_or(Path::new("."));
         // What cannot be is told before anything is grown.
         file.scatter.iter().try_for_each(|scatter| scatter.spots().map(drop))?;
-        for model in file.models.iter().filter_map(|source| source.file.as_ref()) {
-            let model = folder.join(model);
+        for model in model_files(&file, path) {
             std::fs::metadata(&model).map_err(|error| Error::io(&model, error))?;
         }
+        let folder = path.parent().unwrap_or(Path::new("."));
         let mut models = Vec::new();
         for source in &file.models {
             let model = load(source, folder)?;
@@ -71,6 +75,11 @@ impl Opened {
         let opened = Self::new(file, models)?;
         steps.done("scene", format!("{}: {} plants", path.display(), grouped(opened.planted.len() as u64)))?;
         Ok(opened)
+    }
+
+    /// The files of the models of the scene at `path`.
+    pub fn model_files(&self, path: &Path) -> impl Iterator<Item = PathBuf> {
+        model_files(&self.file, path)
     }
 
     fn new(file: SceneFile, models: Vec<FoliageModel>) -> Result<Self> {

@@ -98,6 +98,7 @@ fn reach(target: Target, plant: &Plant, model: &FoliageModel, steps: &mut Steps)
 /// Refuses outputs that could not be written, before the work.
 fn check_outputs(args: &args::Simplify) -> Result<(), Error> {
     file::check_writable(&args.output)?;
+    file::check_apart(&args.output, [&args.input])?;
     match &args.pictures {
         Some(folder) => file::check_writable(folder.join("100.png")),
         None => Ok(()),
