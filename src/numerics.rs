@@ -2,8 +2,10 @@
 //!
 //! Three habits carry most of it. What decides an order is counted in integers: pixels, positions in 1/256 pixel,
 //! logarithms in fixed point ([`FixedLog`]). What has to be the same on every machine uses only additions, multiplications,
-//! divisions and square roots, which IEEE 754 rounds alike ([`views`]). What comes from outside is checked once, at the door:
-//! [`Plant::validate`], [`FoliageModel::validate`], [`SimplifyOptions::validate`].
+//! divisions and square roots, which IEEE 754 rounds alike ([`views`]), and takes other functions from `libm`. What comes from
+//! outside is checked once, at the door: [`Plant::validate`], [`FoliageModel::validate`], [`SimplifyOptions::validate`].
+//! Tests `tests/determinism.rs`: `models_of_the_embedded_species_are_the_same_on_every_machine`,
+//! `tests/layers.rs`: `imports_point_downwards_and_crates_stay_in_their_files` (which also refuses the platform's functions).
 //!
 //! # In the simplification
 //!
@@ -42,10 +44,21 @@
 //! Test `tests/hard_cases.rs`: `leaves_that_wood_hides_go_in_their_order_and_change_nothing`.
 //!
 //! **Coordinates of 1e-6, 1e6, and far from the origin.** Everything is judged in *unit space*, the bounding sphere brought to
-//! the unit sphere in `f64` ([`ViewSet`]). Factors that are powers of two change no bit; others round the input itself.
-//! Tests `tests/hard_cases.rs`: `plants_a_million_times_smaller_or_larger_are_pruned_and_drawn_alike`,
+//! the unit sphere in `f64` ([`ViewSet`]). Factors that are powers of two change no bit; others round the input itself, so
+//! that leaves whose errors tie may change places. A file's node that puts a plant beyond about 170 of its radii would cost
+//! it its digits in `f32`: the importer moves it to the origin ([`Imported::origin`]). Instances and cameras are `f64`.
+//! Tests `tests/invariance.rs`: `a_node_that_moves_and_scales_the_plant_changes_it_by_rounding_alone`,
+//! `a_node_that_scales_the_plant_by_a_power_of_two_changes_no_choice`,
+//! `instances_and_camera_moved_and_scaled_together_give_the_same_picture`,
+//! `instances_and_camera_moved_and_scaled_together_give_the_same_counts`,
+//! `tests/hard_cases.rs`: `plants_a_million_times_smaller_or_larger_are_pruned_and_drawn_alike`,
 //! `decimal_factors_of_a_million_change_the_picture_by_rounding_alone`, `a_plant_far_from_the_origin_is_pruned_as_at_the_origin`,
 //! `tests/render_models.rs`: `a_plant_far_from_the_origin_looks_as_it_does_there`.
+//!
+//! **A leaf as near to the wood with one corner as with another.** Where it is attached ([`import`]) must not hang on the
+//! last bit: corners that are equally far within 1e-4 count together, by their middle, and distances are exact.
+//! Tests `tests/invariance.rs`: `a_node_that_moves_and_scales_the_plant_changes_it_by_rounding_alone`,
+//! `src/import/pivot.rs`: `no_point_of_a_triangle_is_nearer_than_the_closest`.
 //!
 //! **Numbers that are none.** Importers refuse them by index, and [`Plant::validate`] and [`FoliageModel::validate`] wherever
 //! they stand, so that nothing behind them has to ask.
@@ -112,6 +125,7 @@
 //! [`FixedLog`]: crate::simplify::information::FixedLog
 //! [`FixedLog::log2`]: crate::simplify::information::FixedLog::log2
 //! [`FoliageModel::validate`]: crate::model::FoliageModel::validate
+//! [`Imported::origin`]: crate::import::Imported::origin
 //! [`Layers`]: crate::simplify::layers::Layers
 //! [`Neighbours`]: crate::simplify::neighbours::Neighbours
 //! [`Plant::validate`]: crate::Plant::validate
@@ -123,6 +137,7 @@
 //! [`Timeline`]: crate::model::Timeline
 //! [`ViewSet`]: crate::simplify::views::ViewSet
 //! [`Wind::at`]: crate::effects::Wind::at
+//! [`import`]: crate::import
 //! [`lambda::FLOOR`]: crate::stochastic::lambda::FLOOR
 //! [`lambda::floored`]: crate::stochastic::lambda::floored
 //! [`lambda::from_area`]: crate::stochastic::lambda::from_area
