@@ -4,8 +4,9 @@
 mod common;
 
 use common::{
+    models::{SIZE, all_options, bare, covered_px, model_of, picture},
     naive::Naive,
-    plants::{self, Random},
+    plants::{self, Random, closed_box},
 };
 use foliage_lod::{
     Error, Plant,
@@ -14,39 +15,14 @@ use foliage_lod::{
         lod::{Blend, CookLambda},
     },
     leaf::Vertex,
-    model::{FoliageModel, Prune, Recipe, Timeline, Transition, scaled},
+    model::{FoliageModel, Prune, Recipe, Timeline},
     plant::{Wood, WoodPart},
-    render::{
-        camera::Camera,
-        image::Image,
-        software::{Background, DrawOptions, draw_model, draw_plant},
-    },
-    simplify::{
-        Compensate, Quiet, SimplifyOptions, options::Criterion, order, raster::CpuFragments, simplify,
-        views::VIEW_COUNTS,
-    },
-    stochastic::{AreaRule, Stochastic, area::visible_factor},
+    render::{camera::Camera, software::draw_plant},
+    simplify::{Compensate, Quiet, SimplifyOptions, order, raster::CpuFragments, simplify},
+    stochastic::{AreaRule, Stochastic, area::visible_factor, lambda::FLOOR},
 };
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
-
-/// Every criterion with every rule that enlarges, with and without a cascade; one thread.
-fn all_options(resolution: u32) -> Vec<SimplifyOptions> {
-    let mut all = Vec::new();
-    for criterion in [Criterion::Vmi, Criterion::Area, Criterion::Image] {
-        for compensate in [Compensate::Nearest, Compensate::Silhouette, Compensate::Image, Compensate::None] {
-            for cascade in [false, true] {
-                let paper = SimplifyOptions::paper();
-                all.push(SimplifyOptions { criterion, compensate, cascade, resolution, threads: 1, ..paper });
-            }
-        }
-    }
-    all
-}
-
-fn model_of(plant: &Plant, options: &SimplifyOptions) -> FoliageModel {
-    simplify(plant, options, &mut CpuFragments::new(), &mut Quiet).unwrap().model
-}
 
 fn prunes_of(plant: &Plant, options: &SimplifyOptions) -> Vec<Prune> {
     order(plant, options, &mut CpuFragments::new(), &mut Quiet).unwrap().0
@@ -61,41 +37,12 @@ fn moved(plant: &Plant, to: impl Fn(Vec3) -> Vec3) -> Plant {
     plant
 }
 
-/// Six cards that close a box of half width `half` about the origin.
-fn closed_box(half: f32) -> Plant {
-    let mut plant = plants::bare("box");
-    for axis in 0..3 {
-        let unit = |turn: usize| Vec3::AXES[(axis + turn) % 3] * half;
-        for side in [-1.0, 1.0] {
-            let base = unit(0) * side - unit(1);
-            plants::push_card(&mut plant, base, unit(1) * 2.0, unit(2) * 2.0, base);
-        }
-    }
-    plant
-}
-
 /// Twenty leaves within a closed box of wood.
 fn walled_in() -> Plant {
     let mut plant = moved(&plants::quads(20, 1.0, 5), |position| position * 0.2);
-    let Plant { vertices, indices, .. } = closed_box(1.0);
+    let Plant { vertices, indices, .. } = closed_box(Vec3::NEG_ONE, Vec3::ONE);
     plant.wood = Wood { parts: vec![WoodPart { indices: [0, indices.len() as u32], material: 0 }], vertices, indices };
     plant
-}
-
-const SIZE: [u32; 2] = [96, 96];
-fn bare() -> DrawOptions {
-    DrawOptions { background: Background::Transparent, ..DrawOptions::default() }
-}
-
-/// Covered pixels, partly covered ones by their share.
-fn covered_px(image: &Image) -> f64 {
-    image.rgba.iter().skip(3).step_by(4).map(|&alpha| f64::from(alpha) / 255.0).sum()
-}
-
-/// The model at active count `n` from the side, framed.
-fn picture(model: &FoliageModel, n: usize, fov_deg: f64) -> Image {
-    let camera = Camera::framing(&model.sphere(), DVec3::new(1.0, 0.3, 2.0), fov_deg.to_radians(), 1.1);
-    draw_model(model, n, &camera, SIZE, &bare()).unwrap()
 }
 
 /// (lambda, r, (1 - (1 - r)^(1/lambda)) / r) of exactly these binary numbers, computed with 400 decimal digits.
@@ -130,6 +77,11 @@ fn area_factors_equal_those_of_four_hundred_digits() {
     for [lambda, r, factor] in AREA_FACTORS {
         let error = visible_factor(lambda, r) / factor - 1.0;
         assert!(error.abs() < 1e-12, "lambda {lambda:e}, r {r:e}: {error:e} off {factor}");
+        if lambda >= FLOOR {
+            let drawn = AreaRule::Visible.linear_scale(lambda, r) as f32;
+            let error = f64::from(drawn) / factor.sqrt() - 1.0;
+            assert!(error.abs() < 1e-6, "lambda {lambda:e}, r {r:e}: {error:e} off in single precision");
+        }
     }
 }
 
@@ -382,7 +334,7 @@ fn a_card_covers_what_its_angle_says_from_1_to_170_degrees() {
 
 #[test]
 fn from_inside_a_closed_crown_every_pixel_is_leaf() {
-    let mut crown = closed_box(1.0);
+    let mut crown = closed_box(Vec3::NEG_ONE, Vec3::ONE);
     crown.materials[0].double_sided = true;
     for eye in [DVec3::ZERO, DVec3::new(0.9, -0.5, 0.3)] {
         for toward in [DVec3::X, DVec3::NEG_Y, DVec3::new(-1.0, 0.4, 0.2), DVec3::ONE] {
@@ -418,82 +370,5 @@ fn a_number_that_is_none_is_refused_wherever_it_stands() {
         }
         let result = simplified(&plant, SimplifyOptions { max_scale: number, ..options.clone() });
         assert!(matches!(result, Err(Error::InvalidOption { option: "--max-scale", .. })), "{number}");
-    }
-}
-
-/// Any small plant of any kind of leaf.
-fn any_plant() -> impl Strategy<Value = Plant> {
-    (0..6, 1..40_usize, any::<u64>()).prop_map(|(kind, leaves, seed)| match kind {
-        0 => plants::quads(leaves, 3.0, seed),
-        1 => plants::bent(leaves, seed),
-        2 => plants::crossed(leaves, seed),
-        3 => plants::twins(leaves + 1, seed),
-        4 => plants::with_wood(leaves, seed),
-        _ => plants::masked(leaves, seed),
-    })
-}
-
-fn any_options() -> impl Strategy<Value = SimplifyOptions> {
-    let resolution = prop_oneof![Just(1), 2..40_u32];
-    let max_scale = prop_oneof![Just(1.0), 1.0..64.0_f32, Just(64.0)];
-    (0..24_usize, resolution, 0..VIEW_COUNTS.len(), any::<bool>(), max_scale).prop_map(
-        |(i, resolution, views, background, max_scale)| SimplifyOptions {
-            views: VIEW_COUNTS[views],
-            background,
-            max_scale,
-            ..all_options(resolution)[i].clone()
-        },
-    )
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
-
-    #[test]
-    fn a_model_by_any_options_is_sound_and_holds_every_leaf(plant in any_plant(), options in any_options()) {
-        let model = model_of(&plant, &options);
-        prop_assert!(model.validate().is_ok());
-        prop_assert!(model.max_scale <= options.max_scale);
-        let sorted = |mut pivots: Vec<[u32; 3]>| {
-            pivots.sort_unstable();
-            pivots
-        };
-        let of_model = model.leaves.iter().map(|leaf| leaf.pivot.map(f32::to_bits)).collect();
-        let of_plant = plant.leaves.iter().map(|leaf| leaf.pivot.map(f32::to_bits)).collect();
-        prop_assert_eq!(sorted(of_model), sorted(of_plant));
-    }
-
-    #[test]
-    fn no_drawn_scale_falls_while_leaves_go(plant in any_plant(), options in any_options()) {
-        let model = model_of(&plant, &options);
-        let timeline = Timeline::new(&model);
-        for leaf in 0..timeline.leaves() {
-            let scales: Vec<f32> = (0..=timeline.leaves()).rev().map(|n| timeline.scale(leaf, n)).collect();
-            prop_assert_eq!(scales[0], 1.0);
-            prop_assert!(scales.windows(2).all(|pair| pair[0] <= pair[1]), "leaf {}: {:?}", leaf, scales);
-        }
-    }
-
-    #[test]
-    fn drawn_leaves_stay_in_the_enlarged_bounds_at_every_count(
-        plant in any_plant(), options in any_options(), window in 1.0..50.0_f32
-    ) {
-        let model = model_of(&plant, &options);
-        let timeline = Timeline::new(&model);
-        let (aabb, sphere, leaves) = (model.enlarged_aabb(), model.enlarged_sphere(), timeline.leaves());
-        let slack = 1e-5 * sphere.radius;
-        for step in 0..=leaves * 3 {
-            let transition = Transition::new(f64::from(step) / 3.0, window, leaves);
-            for leaf in 0..transition.drawn() {
-                let record = &model.leaves[leaf as usize];
-                for vertex in &model.vertices[record.geometry().vertex_range()] {
-                    let point = scaled(vertex.position, record.pivot, timeline.scale_at(leaf, &transition));
-                    let point = Vec3::from(point).as_dvec3();
-                    let inside = point.clamp(Vec3::from(aabb.min).as_dvec3(), Vec3::from(aabb.max).as_dvec3());
-                    prop_assert!(inside.distance(point) <= slack, "leaf {} at {:?}", leaf, transition);
-                    prop_assert!(point.distance(sphere.center()) <= sphere.radius + slack);
-                }
-            }
-        }
     }
 }

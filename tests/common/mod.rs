@@ -3,5 +3,6 @@
 
 #[cfg(feature = "render")]
 pub mod gpu;
+pub mod models;
 pub mod naive;
 pub mod plants;

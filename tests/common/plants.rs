@@ -184,3 +184,18 @@ pub fn masked(count: usize, seed: u64) -> Plant {
     plant.textures.push(Texture { name: "ring".into(), format: TextureFormat::Png, bytes: bytes.into_inner() });
     plant
 }
+
+/// Six cards that close a box.
+pub fn closed_box(min: Vec3, max: Vec3) -> Plant {
+    let mut plant = bare("box");
+    plant.materials[0].double_sided = true;
+    let edges = max - min;
+    for axis in 0..3 {
+        let edge = |turn: usize| Vec3::AXES[(axis + turn) % 3] * edges[(axis + turn) % 3];
+        for corner in [min, min + edge(0)] {
+            let base = corner + edge(2) * 0.5;
+            push_card(&mut plant, base, edge(1), edge(2), base);
+        }
+    }
+    plant
+}
