@@ -16,6 +16,12 @@
 //!
 //! Units are the plant's own (glTF: metres), radians, pixels and seconds; right-handed, +Y up.
 //!
+//! What is beyond a limit is refused by name before anything is allocated for it: `plant::MAX_LEAVES` and
+//! `plant::MAX_ELEMENTS` of a plant, `material::MAX_TEXTURE_SIDE` and the memory that a texture's bytes account for
+//! (`Texture::decode`), `model::format::MAX_FILE_BYTES`, `simplify::views::MAX_RESOLUTION`, `grow::MAX_GROWN_LEAVES`,
+//! `scene::file::MAX_PLANTS`, `render::image::MAX_IMAGE_SIDE`, and the memory that there is, or `max_memory_mb` of
+//! `ImportOptions` and `SimplifyOptions`.
+//!
 //! ```
 //! # #[cfg(feature = "simplify")] {
 //! use foliage_lod::{extract::Swap, grow::{GrowOptions, Species, grow}};

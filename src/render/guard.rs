@@ -2,7 +2,7 @@
 //!
 //! wgpu reports most of what goes wrong on a device. Where a driver fails in ways that it does not expect it panics:
 //! waiting for a lost device does, and so do some calls that find no memory. That is no fault of the caller, who gets an
-//! [`Error::Gpu`] instead.
+//! [`Error::Gpu`](crate::Error::Gpu) instead.
 //!
 //! Limits: with `panic = "abort"` the process ends as it would without. The process's panic hook still runs, and prints
 //! unless it asks [`is_guarding`].
