@@ -5,4 +5,5 @@
 pub mod gpu;
 pub mod models;
 pub mod naive;
+mod naive_raster;
 pub mod plants;

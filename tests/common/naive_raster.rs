@@ -1,0 +1,66 @@
+//! Which pixels a triangle covers, written from the rules: the raster part of the naive method.
+
+use foliage_lod::{
+    Plant,
+    material::{Material, Wrap},
+};
+use glam::DVec2;
+
+/// Width, height and whether each texel covers.
+pub type Mask = (usize, usize, Vec<bool>);
+
+/// A mask, how it wraps, and the texture coordinates of a triangle's corners.
+pub type Masked<'m> = (&'m Mask, [Wrap; 2], [[f32; 2]; 3]);
+
+/// Strictly inside, or on an edge that is a top or a left one.
+pub fn inside(mut corners: [(i64, i64); 3], sample: (i64, i64)) -> bool {
+    let side = |a: (i64, i64), b: (i64, i64), p: (i64, i64)| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
+    let area = side(corners[0], corners[1], corners[2]);
+    if area < 0 {
+        corners.reverse();
+    }
+    area != 0
+        && (0..3).all(|i| {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            let top_or_left = b.1 < a.1 || (a.1 == b.1 && b.0 > a.0);
+            let side = side(a, b, sample);
+            side > 0 || (side == 0 && top_or_left)
+        })
+}
+
+/// The texel under a pixel, by the `f32` planes over the screen that the library documents.
+pub fn alpha_covers(
+    (width, height, covers): &Mask,
+    wrap: [Wrap; 2],
+    uv: [[f32; 2]; 3],
+    corners: [(i64, i64); 3],
+    w: [f64; 3],
+    (x, y): (usize, usize),
+) -> bool {
+    let [a, b, c] = corners.map(|(x, y)| DVec2::new(x as f64 / 256.0, y as f64 / 256.0));
+    let anchor = a.floor();
+    let area = (b - a).perp_dot(c - a);
+    let at = (x as f32 - anchor.x as f32, y as f32 - anchor.y as f32);
+    let plane = |values: [f64; 3]| {
+        let (to_b, to_c) = (values[1] - values[0], values[2] - values[0]);
+        let per_x = (to_b * (c - a).y - to_c * (b - a).y) / area;
+        let per_y = (to_c * (b - a).x - to_b * (c - a).x) / area;
+        let origin = values[0] + per_x * (anchor.x - a.x) + per_y * (anchor.y - a.y);
+        per_x as f32 * at.0 + (per_y as f32 * at.1 + origin as f32)
+    };
+    let w_here = 1.0 / plane(w.map(|w| 1.0 / w));
+    let texel = |axis: usize, size: usize| {
+        assert_eq!(wrap[axis], Wrap::Repeat, "the other modes are tested beside the rasteriser");
+        let coordinate = plane([0, 1, 2].map(|i| f64::from(uv[i][axis]) / w[i])) * w_here;
+        (coordinate * size as f32).floor().rem_euclid(size as f32) as usize
+    };
+    covers[texel(1, *height) * width + texel(0, *width)]
+}
+
+/// What of a material's texture covers.
+pub fn mask(plant: &Plant, material: &Material) -> Option<Mask> {
+    let image = image::load_from_memory(&plant.textures[material.texture? as usize].bytes).unwrap().into_rgba8();
+    let covers =
+        image.pixels().map(|texel| f64::from(texel.0[3]) / 255.0 >= f64::from(material.cutoff().unwrap())).collect();
+    Some((image.width() as usize, image.height() as usize, covers))
+}
