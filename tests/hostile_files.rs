@@ -384,6 +384,21 @@ fn damaged_obj_and_its_materials_are_refused_or_sound() {
     });
 }
 
+#[test]
+fn faces_that_count_back_beyond_the_first_vertex_are_refused() {
+    for (faces, told) in [
+        ("f -4//1 -13 -2//1 -1//1", "names v -13 of 8"),
+        ("f -4 -3//-2 -2 -1", "names vn -2 of 1"),
+        ("f 1/-9223372036854775808 2 3", "names vt -9223372036854775808 of 2"),
+        ("f 1//6148914691236517206 2 3", "names vn 6148914691236517206 of 1"),
+    ] {
+        let obj = OBJ.replace("f -4//1 -3//1 -2//1 -1//1", faces);
+        let read = load_obj_bytes(obj.as_bytes(), Path::new("back.obj"), &ImportOptions::default());
+        let line = read.unwrap_err().to_string();
+        assert!(line.contains(told), "{line}");
+    }
+}
+
 /// The library's one material, and the warnings.
 fn read_material(library: &str) -> (Material, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();

@@ -23,6 +23,7 @@ const OPTIONS: LoadOptions =
 
 /// Reads a file and the material libraries beside it.
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
+    check_indices(bytes)?;
     let warnings = RefCell::new(Vec::new());
     let library = |name: &Path| library(name, path, &mut warnings.borrow_mut());
     let (models, libraries) = tobj::load_obj_buf(&mut &bytes[..], &OPTIONS, library).map_err(broken)?;
@@ -43,6 +44,33 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
     }
     (source.textures, source.warnings) = (materials.textures, materials.warnings);
     Ok(source)
+}
+
+/// Refuses faces that count back beyond what there is, or name more than a plant may have: tobj multiplies such indices
+/// past the end of all numbers.
+fn check_indices(bytes: &[u8]) -> Result<(), Fault> {
+    // Other text is refused by tobj.
+    let Ok(text) = str::from_utf8(bytes) else { return Ok(()) };
+    let kinds = ["v", "vt", "vn"];
+    let mut counts = [0_i64; 3];
+    for (number, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        let Some(key) = words.next() else { continue };
+        if let Some(kind) = kinds.iter().position(|&kind| kind == key) {
+            counts[kind] += 1;
+        }
+        if !["f", "l", "p"].contains(&key) {
+            continue;
+        }
+        let indices = words.flat_map(|word| (0..).zip(word.split('/')).take(3));
+        for (kind, index) in indices.filter_map(|(kind, index)| Some((kind, index.parse::<i64>().ok()?))) {
+            if index < -counts[kind] || index > MAX_ELEMENTS as i64 {
+                let reason = format!("line {} names {} {index} of {}", number + 1, kinds[kind], counts[kind]);
+                return Err(Fault::Broken { reason, fix: FIX });
+            }
+        }
+    }
+    Ok(())
 }
 
 fn broken(error: LoadError) -> Fault {
