@@ -2,6 +2,7 @@
 
 use crate::{
     args::Raster,
+    raster::{open, tell_fallback},
     staging::{Shown, Staging},
 };
 use foliage_lod::{
@@ -10,7 +11,7 @@ use foliage_lod::{
     material::{Material, Texture},
     model::{FoliageModel, Timeline},
     render::{
-        device::{GpuDevice, GpuOptions},
+        device::GpuDevice,
         foliage::{FoliageRenderer, Frame, Instance},
         guard::guarded,
         image::Image,
@@ -52,17 +53,22 @@ impl Drawing {
 pub fn draw(raster: Raster, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     match raster {
         Raster::Cpu => on_cpu(staging, size),
-        Raster::Gpu => on_gpu(staging, size),
-        Raster::Auto => on_gpu(staging, size).or_else(|_| on_cpu(staging, size)),
+        Raster::Gpu => on_gpu(open()?, staging, size),
+        Raster::Auto => match open() {
+            Err(_) => on_cpu(staging, size),
+            Ok(gpu) => on_gpu(gpu, staging, size).or_else(|error| {
+                tell_fallback(&error);
+                on_cpu(staging, size)
+            }),
+        },
     }
 }
 
-fn on_gpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
-    guarded(|| draw_on_gpu(staging, size))
+fn on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
+    guarded(|| draw_on_gpu(gpu, staging, size))
 }
 
-fn draw_on_gpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
-    let gpu = GpuDevice::new(&GpuOptions::from_env())?;
+fn draw_on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     let target = Offscreen::new(&gpu, size)?;
     let (device, queue) = (gpu.device(), gpu.queue());
     let mut foliage = FoliageRenderer::with_look(device, TARGET, staging.look);

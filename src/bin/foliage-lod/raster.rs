@@ -1,6 +1,6 @@
 //! Which rasteriser captures the fragments.
 
-use crate::{args::Raster, progress::Bars};
+use crate::{args::Raster, output, progress::Bars};
 use foliage_lod::{
     Error, Plant, Result,
     render::{
@@ -31,7 +31,10 @@ pub fn simplified(raster: Raster, plant: &Plant, options: &SimplifyOptions) -> R
         Raster::Cpu => "",
         _ => match open() {
             Ok(gpu) => match on_gpu(gpu) {
-                Err(Error::Gpu { .. } | Error::TooLarge { .. }) if raster == Raster::Auto => ", as the GPU failed",
+                Err(error @ (Error::Gpu { .. } | Error::TooLarge { .. })) if raster == Raster::Auto => {
+                    tell_fallback(&error);
+                    ""
+                }
                 made => return made,
             },
             Err(error) if raster == Raster::Gpu => return Err(error),
@@ -39,6 +42,11 @@ pub fn simplified(raster: Raster, plant: &Plant, options: &SimplifyOptions) -> R
         },
     };
     Ok((by(&mut CpuFragments::new())?, format!("the CPU{why_cpu}")))
+}
+
+/// Says why the CPU does what a GPU was meant to.
+pub fn tell_fallback(error: &Error) {
+    output::complaint(format_args!("warning: the CPU takes over: {error}"));
 }
 
 /// What is made stays made when the device fails while it is closed.
@@ -49,6 +57,10 @@ fn close(handle: impl Sized) {
     });
 }
 
-fn open() -> Result<GpuDevice> {
+/// The device that the environment asks for.
+///
+/// # Errors
+/// [`Error::Gpu`] where no adapter answers.
+pub fn open() -> Result<GpuDevice> {
     GpuDevice::new(&GpuOptions::from_env())
 }
