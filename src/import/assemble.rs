@@ -159,19 +159,12 @@ fn size(leaf: &Leaf) -> f64 {
 
 fn push_all(plant: &mut Plant, leaves: Vec<Leaf>, wood: WoodBuilder) {
     let sizes: Vec<f64> = leaves.iter().map(size).collect();
-    let corners = if leaves.is_empty() { Vec::new() } else { wood.corners() };
-    let surface = WoodSurface::new(&corners, median(&sizes));
+    let surface = WoodSurface::new(wood.triangles().filter(|_| !leaves.is_empty()));
     for (leaf, size) in leaves.iter().zip(sizes) {
         let pivot = pivot::pivot(&leaf.vertices, &leaf.indices, size, &surface);
         plant.push_leaf(&leaf.vertices, &leaf.indices, pivot, leaf.material as u32);
     }
     plant.wood = wood.finish();
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Collects the wood by material.
@@ -212,11 +205,12 @@ impl WoodBuilder {
         index
     }
 
-    fn corners(&self) -> Vec<[DVec3; 3]> {
-        let position = |&index: &u32| Vec3::from(self.vertices[index as usize].position).as_dvec3();
-        let indices = self.parts.iter().flat_map(|(_, indices)| indices);
-        let positions: Vec<DVec3> = indices.map(position).collect();
-        positions.as_chunks().0.to_vec()
+    fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> {
+        let position = |index: u32| Vec3::from(self.vertices[index as usize].position);
+        self.parts
+            .iter()
+            .flat_map(|(_, indices)| indices.as_chunks().0)
+            .map(move |corners: &[u32; 3]| corners.map(position))
     }
 
     fn finish(self) -> Wood {

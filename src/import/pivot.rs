@@ -5,12 +5,19 @@
 //! [`CLEARS`] of its size. Otherwise (no wood, a leaf in the air, a leaf that lies along a branch or goes through it) the
 //! mesh does not tell, and the pivot is the centroid of the leaf's surface.
 //!
-//! Distances are exact; triangles of the wood are looked up in a grid of cells, where samples of their surface lie.
+//! Distances are exact: the wood's triangles lie in a bounding volume hierarchy (obvhs), whose nodes are walked here, nearer
+//! child first.
 //!
-//! Limits: where the wood's surface is so large that [`MAX_SAMPLES`] would not cover it, cells are wider.
+//! Limits: a triangle flatter than 1e-8 of its length may count as farther than it is.
 
 use crate::leaf::Vertex;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec3A};
+use obvhs::{
+    BvhBuildParams,
+    aabb::Aabb,
+    bvh2::{Bvh2, builder::build_bvh2},
+};
+use std::time::Duration;
 
 /// Greatest distance of an attached point to the wood, in leaf sizes.
 const TOUCHES: f64 = 0.15;
@@ -18,112 +25,56 @@ const TOUCHES: f64 = 0.15;
 const CLEARS: f64 = 0.25;
 /// The far end is the middle of the corners of at least this part of the greatest distance.
 const ALIKE: f64 = 1.0 - 1e-4;
-/// Distance between samples of the wood, in median leaf sizes: the wider, the more cells a query looks through.
-const SAMPLE: f64 = 0.12;
-/// Farthest that a point of a triangle is from the nearest sample, in that distance: half a diagonal.
-const REACH: f64 = 0.75;
-/// About the most samples that are taken, besides a few for each triangle.
-const MAX_SAMPLES: f64 = 3e5;
 
-/// Samples along one side of a cell. With [`SAMPLE`] a cell is 0.48 median leaf sizes wide: distances up to
-/// [`TOUCHES`] + [`CLEARS`] are found in a cell and its neighbours.
-const CELL: f64 = 4.0;
-/// Cells along one axis, so that three places fit a key.
-const MAX_CELLS: i64 = 1 << 18;
-
-/// The wood's triangles in a grid of cells.
+/// The wood's triangles.
 pub(super) struct WoodSurface {
-    /// Least corner of the grid.
-    origin: DVec3,
-    /// Distance between samples.
-    spacing: f64,
-    /// Relative to the origin.
-    triangles: Vec<Triangle>,
-    /// Key of each cell that triangles have samples in, rising.
-    cells: Vec<u64>,
-    /// Where each cell's triangles start, then their number.
-    starts: Vec<usize>,
-    /// Triangles by cell.
-    filed: Vec<u32>,
-}
-
-/// A triangle in a sphere about its middle.
-struct Triangle {
-    corners: [DVec3; 3],
-    middle: DVec3,
-    radius: f64,
+    triangles: Vec<[Vec3; 3]>,
+    bvh: Bvh2,
 }
 
 impl WoodSurface {
-    /// Files the triangles `wood` for leaves whose median size is `leaf_size`.
-    pub(super) fn new(wood: &[[DVec3; 3]], leaf_size: f64) -> Self {
-        let corners = || wood.iter().flatten();
-        let origin = corners().copied().reduce(DVec3::min).unwrap_or_default();
-        let widest = corners().map(|corner| (*corner - origin).max_element()).fold(0.0, f64::max);
-        let [length, area] =
-            wood.iter().map(extents).fold([0.0; 2], |[l, a], [length, height]| [l + length, a + length * height]);
-        // Samples are about area / spacing^2 + length / spacing: neither term may exceed the limit.
-        let coarsest = (area / MAX_SAMPLES).sqrt().max(length / MAX_SAMPLES);
-        let finest = widest / ((MAX_CELLS - 1) as f64 * CELL);
-        let spacing = (leaf_size * SAMPLE).max(coarsest).max(finest).max(f64::MIN_POSITIVE);
-        let triangles: Vec<Triangle> = wood.iter().map(|corners| Triangle::new(corners.map(|c| c - origin))).collect();
-        let cells_of = |(number, triangle): (u32, &Triangle)| {
-            samples(&triangle.corners, spacing).map(move |sample| (cell_of(sample, spacing), number))
-        };
-        let mut filed: Vec<(u64, u32)> = (0..).zip(&triangles).flat_map(cells_of).collect();
-        filed.sort_unstable();
-        filed.dedup();
-        let mut surface = Self {
-            origin,
-            spacing,
-            triangles,
-            cells: Vec::new(),
-            starts: Vec::new(),
-            filed: filed.iter().map(|&(_, triangle)| triangle).collect(),
-        };
-        for (i, (cell, _)) in filed.iter().enumerate() {
-            if surface.cells.last() != Some(cell) {
-                surface.cells.push(*cell);
-                surface.starts.push(i);
-            }
-        }
-        surface.starts.push(filed.len());
-        surface
+    /// Files the triangles `wood`, of finite corners. Those on the same corners, which would make the hierarchy deep, count
+    /// once.
+    pub(super) fn new(wood: impl Iterator<Item = [Vec3; 3]>) -> Self {
+        let key = |corner: &Vec3| corner.to_array().map(f32::to_bits);
+        let mut triangles: Vec<[Vec3; 3]> = wood.collect();
+        triangles.iter_mut().for_each(|corners| corners.sort_unstable_by_key(key));
+        triangles.sort_unstable_by_key(|corners| corners.each_ref().map(key));
+        triangles.dedup_by_key(|corners| corners.each_ref().map(key));
+        let around = |[a, b, c]: &[Vec3; 3]| Aabb::new(Vec3A::from(a.min(*b).min(*c)), Vec3A::from(a.max(*b).max(*c)));
+        let boxes: Vec<Aabb> = triangles.iter().map(around).collect();
+        let bvh = build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut Duration::default());
+        Self { triangles, bvh }
     }
 
-    /// Distance from `point` to the wood; infinite when that is farther than `bound` or a cell's width.
+    /// Distance from `point` to the wood; infinite when that is farther than `bound`.
     fn distance(&self, point: DVec3, bound: f64) -> f64 {
-        let point = point - self.origin;
-        let width = self.spacing * CELL;
-        let bound = bound.min(width);
-        let around = bound + self.spacing * REACH;
-        let [least, greatest] = [place(point - around, width), place(point + around, width)];
-        let along = |axis: usize| least[axis].max(0)..=greatest[axis].min(MAX_CELLS - 1);
         let mut nearest = bound;
         let mut found = false;
-        let rows = along(0).flat_map(|x| along(1).map(move |y| [x, y])).filter(|_| !along(2).is_empty());
-        for [x, y] in rows {
-            let [from, to] = [along(2).start(), along(2).end()].map(|&z| key([x, y, z]));
-            let first = self.cells.partition_point(|&cell| cell < from);
-            let last = first + self.cells[first..].iter().take_while(|&&cell| cell <= to).count();
-            for &triangle in &self.filed[self.starts[first]..self.starts[last]] {
-                let triangle = &self.triangles[triangle as usize];
-                if triangle.middle.distance(point) - triangle.radius <= nearest {
-                    let distance = closest(point, &triangle.corners).distance(point);
+        let mut stack = Vec::new();
+        stack.extend((!self.bvh.nodes.is_empty()).then_some((0.0, 0)));
+        while let Some((distance, node)) = stack.pop() {
+            if distance > nearest {
+                continue;
+            }
+            let node = &self.bvh.nodes[node as usize];
+            if node.is_leaf() {
+                for slot in node.first_index..node.first_index + node.prim_count {
+                    let corners = &self.triangles[self.bvh.primitive_indices[slot as usize] as usize];
+                    let distance = closest(point, &corners.map(|corner| corner.as_dvec3())).distance(point);
                     found |= distance <= nearest;
                     nearest = nearest.min(distance);
                 }
+                continue;
             }
+            let [left, right] = [node.first_index, node.first_index + 1].map(|child| {
+                let Aabb { min, max } = self.bvh.nodes[child as usize].aabb;
+                let [min, max] = [min, max].map(|corner| Vec3::from(corner).as_dvec3());
+                (point.clamp(min, max).distance(point), child)
+            });
+            stack.extend(if left.0 <= right.0 { [right, left] } else { [left, right] });
         }
         if found { nearest } else { f64::INFINITY }
-    }
-}
-
-impl Triangle {
-    fn new(corners: [DVec3; 3]) -> Self {
-        let middle = corners.iter().sum::<DVec3>() / 3.0;
-        let radius = corners.map(|corner| corner.distance(middle)).into_iter().fold(0.0, f64::max);
-        Self { corners, middle, radius }
     }
 }
 
@@ -154,20 +105,6 @@ fn closest(point: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
         let whole = over_bc + over_ca + over_ab;
         a + ab * (over_ca / whole) + ac * (over_ab / whole)
     }
-}
-
-/// The key of the cell that a point is in.
-fn cell_of(point: DVec3, spacing: f64) -> u64 {
-    key(place(point, spacing * CELL).map(|i| i.clamp(0, MAX_CELLS - 1)))
-}
-
-fn place(point: DVec3, width: f64) -> [i64; 3] {
-    point.to_array().map(|value| (value / width).floor() as i64)
-}
-
-/// One number for three below [`MAX_CELLS`]; neighbours along z follow one another.
-fn key([x, y, z]: [i64; 3]) -> u64 {
-    ((x * MAX_CELLS + y) * MAX_CELLS + z) as u64
 }
 
 /// The pivot of a leaf in canonical form, of size `size` (its box's diagonal).
@@ -217,35 +154,6 @@ pub(super) fn centroid(vertices: &[Vertex], indices: &[u32]) -> DVec3 {
     }
 }
 
-/// Length of the longest side of a triangle, and the height above it.
-fn extents(corners: &[DVec3; 3]) -> [f64; 2] {
-    let [a, b, c] = longest_first(corners);
-    let length = a.distance(b);
-    [length, if length > 0.0 { (b - a).cross(c - a).length() / length } else { 0.0 }]
-}
-
-fn longest_first(&[a, b, c]: &[DVec3; 3]) -> [DVec3; 3] {
-    let [ab, bc, ca] = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
-    if ab >= bc && ab >= ca {
-        [a, b, c]
-    } else if bc >= ca {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    }
-}
-
-/// Points on a triangle, at most about `spacing` apart and half of that from its border.
-fn samples(corners: &[DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> + use<> {
-    let [a, b, c] = longest_first(corners);
-    let [columns, rows] = extents(corners).map(|extent| (extent / spacing).ceil().clamp(1.0, MAX_SAMPLES));
-    (0..rows as u32).flat_map(move |row| {
-        let up = (f64::from(row) + 0.5) / rows;
-        let [left, right] = [a.lerp(c, up), b.lerp(c, up)];
-        (0..columns as u32).map(move |column| left.lerp(right, (f64::from(column) + 0.5) / columns))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -257,9 +165,9 @@ mod tests {
 
     /// A twig along z through (0, 0), as a thin strip.
     fn twig() -> WoodSurface {
-        let strip = [[-0.01, -9.0], [0.01, -9.0], [0.01, 9.0], [-0.01, 9.0]].map(|[x, z]| DVec3::new(x, 0.0, z));
+        let strip = [[-0.01, -9.0], [0.01, -9.0], [0.01, 9.0], [-0.01, 9.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
         let [a, b, c, d] = strip;
-        WoodSurface::new(&[[a, b, c], [a, c, d]], 1.4)
+        WoodSurface::new([[a, b, c], [a, c, d]].into_iter())
     }
 
     proptest::proptest! {
@@ -274,6 +182,24 @@ mod tests {
             let nearest = tried.fold(f64::INFINITY, f64::min);
             let found = closest(point, &[a, b, c]).distance(point);
             proptest::prop_assert!(found <= nearest + 1e-9 && nearest < found + 0.2, "{} for {}", found, nearest);
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn the_wood_is_as_near_as_its_nearest_triangle(at in proptest::collection::vec(-9..10_i8, 9..400), bound in 0.5..30.0_f64) {
+            let corner = |at: &[i8]| Vec3::new(at[0].into(), at[1].into(), f32::from(at[2]) * 0.01);
+            let triangles: Vec<[Vec3; 3]> =
+                at.chunks_exact(9).map(|at| [&at[..3], &at[3..6], &at[6..]].map(corner)).collect();
+            let surface = WoodSurface::new(triangles.iter().copied());
+            for i in 0..7 {
+                let point = corner(&at[i..i + 3]).as_dvec3() * 1.7 + DVec3::new(0.3, 0.1, 0.2);
+                let distance = |corners: &[Vec3; 3]| closest(point, &corners.map(|corner| corner.as_dvec3())).distance(point);
+                let nearest = triangles.iter().map(distance).fold(f64::INFINITY, f64::min);
+                let expected = if nearest <= bound { nearest } else { f64::INFINITY };
+                let found = surface.distance(point, bound);
+                proptest::prop_assert!(found == expected || (found - expected).abs() < 1e-9, "{} for {}", found, expected);
+            }
         }
     }
 
@@ -296,17 +222,18 @@ mod tests {
 
     #[test]
     fn without_wood_or_area_the_centre_remains() {
-        let none = WoodSurface::new(&[], 1.0);
+        let none = WoodSurface::new(std::iter::empty());
         let (needle, indices) = card([[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
         assert_eq!(pivot(&needle, &indices, 4.0, &none), [2.0, 0.0, 0.0]);
     }
 
     #[test]
-    fn extreme_wood_takes_bounded_samples() {
-        let [a, b, c] = [[-3e38, 0.0, 0.0], [3e38, 0.0, 0.0], [0.0, 3e38, 0.0]].map(DVec3::from_array);
-        for leaf_size in [0.0, 1e-30, 1.0, 1e38] {
-            let surface = WoodSurface::new(&[[a, b, c], [a, a, a], [a, b, b]], leaf_size);
-            assert!(surface.filed.len() < 4 * MAX_SAMPLES as usize, "{}", surface.filed.len());
-        }
+    fn extreme_and_coincident_wood_is_found() {
+        let [a, b, c] = [[-3e38, 0.0, 0.0], [3e38, 0.0, 0.0], [0.0, 3e38, 0.0]].map(Vec3::from_array);
+        let flat = [[a, b, c], [a, a, a], [a, b, b], [c, a, b]];
+        let surface = WoodSurface::new(flat.into_iter().cycle().take(100_000));
+        assert_eq!(surface.triangles.len(), 3);
+        assert_eq!(surface.distance(DVec3::new(0.0, 0.0, 5.0), 10.0), 5.0);
+        assert_eq!(surface.distance(DVec3::new(0.0, 0.0, 5.0), 4.0), f64::INFINITY);
     }
 }
