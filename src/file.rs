@@ -35,7 +35,8 @@ pub fn check_writable(path: impl AsRef<Path>) -> Result<()> {
     temporary_beside(path.as_ref()).map(drop)
 }
 
-/// Fails when `output` is one of `inputs`, by whatever name: what is read would be lost.
+/// Fails when `output` is one of `inputs`, by whatever name: what is read would be lost. Files that those refer to are for the
+/// caller to name.
 ///
 /// # Errors
 /// [`Error::Io`] that names the output.

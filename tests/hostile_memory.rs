@@ -8,7 +8,7 @@ mod memory;
 
 use foliage_lod::{
     Error, Result,
-    import::{ImportOptions, Imported, inspect, load_gltf_bytes, load_obj_bytes},
+    import::{ImportOptions, Imported, inspect, load, load_gltf_bytes, load_obj_bytes},
 };
 use glb::{Gltf, cards};
 use image::{ImageFormat, Rgb, RgbImage};
@@ -90,13 +90,19 @@ fn textured(image: &[u8]) -> Gltf {
 
 #[test]
 fn images_that_claim_more_than_their_bytes_account_for_are_left_out() {
-    for (side, reason) in [(8192, "account for"), (3900, "")] {
-        for image in images_that_claim(side) {
-            let imported = read(&textured(&image)).unwrap();
-            assert!(imported.plant.textures.is_empty());
-            assert!(imported.warnings[0].contains(reason), "{:?}", imported.warnings);
-        }
-    }
+    let left_out = |image: &[u8]| {
+        let imported = read(&textured(image)).unwrap();
+        assert!(imported.plant.textures.is_empty());
+        assert!(imported.warnings[0].contains("account for"), "{:?}", imported.warnings);
+    };
+    images_that_claim(8192).iter().for_each(|image| left_out(image));
+    // Cut short, not too large.
+    let images = images_that_claim(3900);
+    images.iter().for_each(|image| drop(read(&textured(image)).unwrap()));
+    let mut progressive = images[1].clone();
+    let frame = progressive.windows(2).position(|marker| marker == [0xff, 0xc0]).unwrap();
+    progressive[frame + 1] = 0xc2;
+    left_out(&progressive);
 }
 
 #[test]
@@ -131,6 +137,79 @@ fn an_image_that_many_materials_name_is_kept_once() {
     let imported = read(&file).unwrap();
     assert_eq!(imported.plant.textures.len(), 1);
     assert!(imported.warnings[0].contains("overlaps"), "{:?}", imported.warnings);
+}
+
+/// A PNG of one texel whose colour profile is 80 MB of zeros.
+#[test]
+fn a_profile_that_inflates_beyond_its_image_is_left_out() {
+    let zeros = encoded(&RgbImage::new(5200, 5200), ImageFormat::Png);
+    let data = zeros.windows(4).position(|kind| kind == b"IDAT").unwrap();
+    let length = u32::from_be_bytes(zeros[data - 4..data].try_into().unwrap()) as usize;
+    let chunk = [b"iCCP", &b"a\0\0"[..], &zeros[data + 4..data + 4 + length]].concat();
+    let mut png = encoded(&RgbImage::new(1, 1), ImageFormat::Png);
+    let crc = crc32fast::hash(&chunk).to_be_bytes();
+    png.splice(33..33, [&(chunk.len() as u32 - 4).to_be_bytes()[..], &chunk, &crc].concat());
+    read(&textured(&png)).unwrap();
+}
+
+#[test]
+fn nodes_and_materials_are_multiplied_before_they_are_listed() {
+    let mut file = cards(5);
+    split(&mut file, 240, |_| json!({ "alphaMode": "MASK" }));
+    file.json["nodes"] = vec![json!({ "mesh": 0 }); 30_000].into();
+    file.json["scenes"][0]["nodes"] = (0..30_000).collect();
+    assert!(refused_for(read(&file)).contains("the number of indices, instances counted"));
+
+    // Two corners make no triangle, so such primitives count nothing.
+    let mut file = instanced(20_000);
+    file.json["accessors"][2]["count"] = json!(2);
+    split(&mut file, 5000, |_| json!({}));
+    assert!(matches!(read(&file), Err(Error::NoLeaves { .. })));
+}
+
+#[test]
+fn empty_objects_and_instances_without_data_are_counted_before_they_are_read() {
+    let mut file = cards(5);
+    file.json["extras"] = vec![json!({}); 400_000].into();
+    assert!(refused_for(read(&file)).contains("the number of JSON objects"));
+
+    let mut file = cards(5);
+    let bytes = 500_000;
+    let places = file.push(&vec![0; bytes], json!({ "componentType": 5126, "type": "VEC3", "count": bytes }));
+    file.json["accessors"][places].as_object_mut().unwrap().remove("bufferView");
+    let attributes = json!({ "attributes": { "TRANSLATION": places } });
+    file.json["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": attributes });
+    assert!(refused_for(read(&file)).contains("the number of instances for a file of its size"));
+}
+
+#[test]
+fn a_file_that_is_named_often_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let buffers = vec![json!({ "uri": "./self.gltf", "byteLength": 0 }); 10_000];
+    std::fs::write(path("self.gltf"), json!({ "asset": { "version": "2.0" }, "buffers": buffers }).to_string())
+        .unwrap();
+    let material = "newmtl a\nKd 1 1 1\n";
+    std::fs::write(
+        path("self.obj"),
+        format!("{}{}v 0 0 0\nf 1 1 1\n", "mtllib self.obj\n".repeat(3000), material.repeat(3000)),
+    )
+    .unwrap();
+    for (name, reason) in [("self.gltf", "is the file of another buffer"), ("self.obj", "no separable leaves")] {
+        let length = path(name).metadata().unwrap().len();
+        let read = within_bounds(length, || load(&path(name), &ImportOptions::default())).0;
+        let line = read.unwrap_err().to_string();
+        assert!(line.contains(reason), "{line}");
+    }
+}
+
+#[test]
+fn long_names_of_obj_are_refused() {
+    let groups = "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n".repeat(2000);
+    let text = format!("o {}\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{groups}", "n".repeat(500_000));
+    let read = || load_obj_bytes(text.as_bytes(), Path::new("hostile.obj"), &ImportOptions::default());
+    let line = within_bounds(text.len() as u64, read).0.unwrap_err().to_string();
+    assert!(line.contains("line 1 gives a name of 500002 bytes"), "{line}");
 }
 
 /// Five cards at `count` places.

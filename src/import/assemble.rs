@@ -2,7 +2,6 @@
 
 use super::{
     Finding, Group, ImportOptions, Imported,
-    budget::Budget,
     crossed::{self, Card},
     fault::{Fault, limit},
     foliage,
@@ -28,8 +27,7 @@ struct Leaf {
 }
 
 /// The plant in `source`.
-pub(super) fn plant(source: Source, options: &ImportOptions, budget: &Budget) -> Result<Imported, Fault> {
-    check_size(&source, budget)?;
+pub(super) fn plant(source: Source, options: &ImportOptions) -> Result<Imported, Fault> {
     let pieces: Vec<Vec<Vec<u32>>> = source.meshes.iter().map(|mesh| pieces(&mesh.vertices, &mesh.indices)).collect();
     let judgements = foliage::judge(&source, &pieces, options.leaves.as_deref())?;
     let mut leaves = Vec::new();
@@ -67,14 +65,6 @@ pub(super) fn plant(source: Source, options: &ImportOptions, budget: &Budget) ->
         warnings.push(format!("the plant stands at {at:?}, too far away for its size: it is moved to the origin"));
     }
     Ok(Imported { plant, origin: origin.to_array(), findings, warnings })
-}
-
-/// Instances are counted before they are written out.
-fn check_size(source: &Source, budget: &Budget) -> Result<(), Fault> {
-    let indices =
-        |part: &Part| (source.meshes[part.mesh].indices.len() as u64).saturating_mul(part.places.len() as u64);
-    let total = source.parts.iter().map(indices).fold(0, u64::saturating_add);
-    budget.check(total)
 }
 
 fn push_leaves(

@@ -13,7 +13,7 @@ use crate::{
 };
 use std::cell::OnceCell;
 
-/// Bytes held at most for each corner of a triangle. Measured: 135 to 275 for trees without large textures.
+/// Bytes held for each corner of a triangle. Measured: 135 to 275 for trees without large textures.
 const CORNER_BYTES: u64 = 250;
 
 /// Megabytes that any plant may take: the system is not asked about less.
@@ -43,7 +43,7 @@ impl Budget {
                 what: format!("the memory for {} triangles, instances counted, in MB,", corners / 3),
                 value,
                 limit,
-                fix: "split the file, simplify it first or raise --max-memory",
+                fix: "split the file, simplify it first or allow more memory (--max-memory)",
             }),
             _ => Ok(()),
         }

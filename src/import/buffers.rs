@@ -2,7 +2,7 @@
 
 use super::{fault::Fault, meshopt, uri};
 use ::gltf::json::{Index, Root, Value, buffer::View};
-use std::{borrow::Cow, path::Path};
+use std::{borrow::Cow, collections::BTreeSet, path::Path};
 
 /// No sound compressed view grows more than this: a block of 16 zero deltas takes a quarter of a byte.
 const MAX_EXPANSION: u64 = 64;
@@ -29,8 +29,12 @@ impl<'a> Buffers<'a> {
     /// Loads every buffer and decompresses the views that are compressed.
     pub(super) fn load(root: &'a Root, binary: Option<&'a [u8]>, path: &Path) -> Result<Self, Fault> {
         let mut buffers = Vec::with_capacity(root.buffers.len());
+        let mut files = BTreeSet::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
             let bytes: Cow<'a, [u8]> = match (&buffer.uri, binary) {
+                (Some(uri), _) if !uri::is_data(uri) && !files.insert(uri::file_of(uri, path)) => {
+                    return Err(Fault::broken(format!("buffer {i} is the file of another buffer")));
+                }
                 (Some(uri), _) => uri::read(uri, path)?.into(),
                 (None, Some(binary)) if i == 0 => binary.into(),
                 // A buffer without bytes is the fallback of compressed views; any other use is found out of range.

@@ -4,8 +4,11 @@ use super::fault::Fault;
 use crate::plant::MAX_ELEMENTS;
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
-/// Greatest size of one decoded primitive: 48 bytes for each of 2^24 vertices.
+/// Greatest size of one decoded primitive: 48 bytes for each of 2^24 vertices, and 64 for each byte of its stream, but for
+/// small ones.
 const MAX_DECODED_BYTES: u64 = 48 << 24;
+const MAX_EXPANSION: u64 = 64;
+const ALWAYS_BYTES: u64 = 16_000_000;
 
 /// A decoded primitive.
 pub(super) struct DracoMesh(Mesh);
@@ -13,10 +16,11 @@ pub(super) struct DracoMesh(Mesh);
 impl DracoMesh {
     /// Decodes the stream of one primitive.
     pub(super) fn decode(stream: &[u8]) -> Result<Self, Fault> {
+        let decoded_bytes = (stream.len() as u64 * MAX_EXPANSION).clamp(ALWAYS_BYTES, MAX_DECODED_BYTES);
         let limits = DecodeLimits::default()
             .with_max_points(MAX_ELEMENTS as u64)
             .with_max_faces(MAX_ELEMENTS as u64 / 3)
-            .with_max_decoded_bytes(MAX_DECODED_BYTES);
+            .with_max_decoded_bytes(decoded_bytes);
         let mut mesh = Mesh::new();
         let mut buffer = DecoderBuffer::new(stream).with_limits(limits);
         let decoded = MeshDecoder::new().decode(&mut buffer, &mut mesh);

@@ -9,7 +9,7 @@ use super::{
     extensions,
     fault::{Fault, limit},
     materials::{Materials, Surface},
-    nodes,
+    nodes::{self, PlacedMesh},
     source::{Mesh, Part, Source, name},
     topology,
 };
@@ -30,9 +30,17 @@ use std::{
 /// primitives some more. Beyond it a small file would ask for much memory.
 const MAX_INDICES_PER_BYTE: u64 = 16;
 
+/// Bytes of JSON for each object in it, and how many any file may have: an object takes half a kilobyte once it is read, and
+/// those of honest files take some tens of bytes.
+const BYTES_PER_OBJECT: u64 = 8;
+const ALWAYS_OBJECTS: u64 = 100_000;
+
 /// Reads a file's default scene.
 pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source, Fault> {
     let container = container::split(bytes)?;
+    let objects = container.json.iter().filter(|&&byte| byte == b'{').count() as u64;
+    let most_objects = (container.json.len() as u64 / BYTES_PER_OBJECT).max(ALWAYS_OBJECTS);
+    limit("the number of JSON objects for a file of its size", objects, most_objects)?;
     let root = Root::from_slice(container.json)
         .map_err(|error| Fault::broken(format!("its JSON is not glTF: {error}").replace(char::is_control, " ")))?;
     extensions::check_required(&root.extensions_required)?;
@@ -48,6 +56,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source,
         budget,
         indices: 0,
         most_indices: buffers.total_bytes().saturating_mul(MAX_INDICES_PER_BYTE),
+        draco_bytes_left: buffers.total_bytes(),
         warnings: materials.warnings,
     };
     let placed = nodes::placed_meshes(&root, &accessors)?;
@@ -60,6 +69,15 @@ pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source,
             range.insert(first..meshes.len());
         }
     }
+    let corners = |placed: &PlacedMesh| {
+        let meshes = &meshes[range_of[&placed.mesh].clone()];
+        meshes
+            .iter()
+            .map(|mesh: &Mesh| mesh.indices.len() as u64)
+            .sum::<u64>()
+            .saturating_mul(placed.places.len() as u64)
+    };
+    budget.check(placed.iter().map(corners).fold(0, u64::saturating_add))?;
     let parts = placed.into_iter().filter(|placed| !placed.places.is_empty()).flat_map(|placed| {
         let range = range_of[&placed.mesh].clone();
         range.map(move |mesh| Part { name: placed.name.clone(), mesh, places: Rc::clone(&placed.places) })
@@ -89,6 +107,8 @@ struct Reader<'a> {
     /// Indices so far, and the most for a file of its size.
     indices: u64,
     most_indices: u64,
+    /// Bytes that Draco streams may still take. Each takes its own, unless views overlap.
+    draco_bytes_left: u64,
     warnings: Vec<String>,
 }
 
@@ -103,6 +123,7 @@ impl<'a> Reader<'a> {
             .ok_or_else(|| Fault::broken(format!("mesh {index} is named and {} exist", self.root.meshes.len())))?;
         let name = name(source.name.as_deref());
         let mut meshes: Vec<Mesh> = Vec::new();
+        let mut has_others = false;
         for primitive in &source.primitives {
             let material = primitive.material.map_or(self.surfaces.len() - 1, |material| material.value());
             if material >= self.surfaces.len() {
@@ -113,9 +134,12 @@ impl<'a> Reader<'a> {
             }
             let surfaces = self.surfaces;
             let Some((vertices, indices)) = self.primitive(primitive, &surfaces[material])? else {
-                self.warnings.push(format!("mesh {index} ({name:?}): points or lines are left out"));
+                has_others = true;
                 continue;
             };
+            if indices.is_empty() {
+                continue;
+            }
             let known = meshes.iter().position(|mesh| mesh.material == material).unwrap_or(meshes.len());
             if known == meshes.len() {
                 meshes.push(Mesh { name: name.clone(), material, ..Mesh::default() });
@@ -124,6 +148,9 @@ impl<'a> Reader<'a> {
             let first = mesh.vertices.len() as u32;
             mesh.vertices.extend(vertices);
             mesh.indices.extend(indices.into_iter().map(|index| index + first));
+        }
+        if has_others {
+            self.warnings.push(format!("mesh {index} ({name:?}): points or lines are left out"));
         }
         Ok(meshes)
     }
@@ -151,16 +178,19 @@ impl<'a> Reader<'a> {
         Ok(Some((attributes.vertices(&picks, surface, &mut self.warnings)?, indices)))
     }
 
-    fn attributes(&self, primitive: &'a Primitive) -> Result<Attributes<'a>, Fault> {
+    fn attributes(&mut self, primitive: &'a Primitive) -> Result<Attributes<'a>, Fault> {
         let extension = primitive.extensions.as_ref().and_then(|e| e.others.get("KHR_draco_mesh_compression"));
         let draco = extension.map(|extension| self.draco(extension)).transpose()?;
         Ok(Attributes { accessors: self.accessors, primitive, draco })
     }
 
-    fn draco(&self, extension: &'a Value) -> Result<(DracoMesh, &'a Value), Fault> {
+    fn draco(&mut self, extension: &'a Value) -> Result<(DracoMesh, &'a Value), Fault> {
         let broken = || Fault::broken("KHR_draco_mesh_compression: bufferView or attributes are missing");
         let view = extension.get("bufferView").and_then(Value::as_u64).and_then(|view| u32::try_from(view).ok());
         let view = self.buffers.view(Index::new(view.ok_or_else(broken)?))?;
+        let left = self.draco_bytes_left.checked_sub(view.bytes.len() as u64);
+        self.draco_bytes_left =
+            left.ok_or_else(|| Fault::broken("KHR_draco_mesh_compression: streams are used more than once"))?;
         Ok((DracoMesh::decode(view.bytes)?, extension.get("attributes").ok_or_else(broken)?))
     }
 }

@@ -1,14 +1,18 @@
 //! `EXT_mesh_gpu_instancing`: one node, many places.
 
-use super::{accessor::Accessors, fault::Fault, nodes::quaternion};
+use super::{
+    accessor::Accessors,
+    fault::{Fault, limit},
+    nodes::quaternion,
+};
 use ::gltf::json::{Accessor, Index, Node, Value};
 use glam::{DAffine3, DQuat, DVec3};
 
 /// The extension's name.
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Node from instance, one per instance; `None` for a node without the extension.
-pub(super) fn places(node: &Node, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>, Fault> {
+/// Node from instance, one per instance, of which there are at most `most`; `None` for a node without the extension.
+pub(super) fn places(node: &Node, accessors: &Accessors, most: u64) -> Result<Option<Vec<DAffine3>>, Fault> {
     let Some(extension) = node.extensions.as_ref().and_then(|extensions| extensions.others.get(INSTANCING)) else {
         return Ok(None);
     };
@@ -20,6 +24,7 @@ pub(super) fn places(node: &Node, accessors: &Accessors) -> Result<Option<Vec<DA
     if counts.iter().any(|&other| other != count) {
         return Err(Fault::broken(format!("{INSTANCING}: its attributes count {counts:?} elements")));
     }
+    limit("the number of instances for a file of its size", count as u64, most)?;
     let all: Vec<u32> = (0..count as u32).collect();
     let vectors = |index: Option<Index<Accessor>>, absent: f32| match index {
         Some(index) => accessors.floats::<3>(index, "instances", &all, 3..=3, [absent; 3]),

@@ -7,7 +7,10 @@ use ::gltf::json::{
     validation::Checked,
 };
 use glam::{Mat2, Vec2};
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 /// A material and the texture coordinates it takes.
 #[derive(Debug, Default)]
@@ -43,16 +46,23 @@ impl UvTransform {
     }
 }
 
-/// Buffer view and URI of an image, `None` for one that the file does not have.
-type ImagePlace<'a> = Option<(Option<usize>, Option<&'a str>)>;
+/// Where the bytes of an image are.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum ImagePlace<'a> {
+    View(usize),
+    Data(&'a str),
+    File(PathBuf),
+    Nowhere,
+}
 
 /// Materials of one file while they are read.
 pub(super) struct Materials<'a> {
     root: &'a Root,
     buffers: &'a Buffers<'a>,
     path: &'a Path,
-    /// Texture of each place where an image was looked for, `None` where it can not be used.
-    images: BTreeMap<ImagePlace<'a>, Option<u32>>,
+    /// Texture of each image that was asked for, `None` where it can not be used, and of each place where one was.
+    images: BTreeMap<usize, Option<u32>>,
+    places: BTreeMap<ImagePlace<'a>, Option<u32>>,
     /// Bytes of buffers that images may still take. Each takes its own, unless views overlap.
     bytes_left: u64,
     /// Textures in the order in which materials name them.
@@ -64,7 +74,16 @@ pub(super) struct Materials<'a> {
 impl<'a> Materials<'a> {
     pub(super) fn new(root: &'a Root, buffers: &'a Buffers<'a>, path: &'a Path) -> Self {
         let bytes_left = buffers.total_bytes();
-        Self { root, buffers, path, images: BTreeMap::new(), bytes_left, textures: Vec::new(), warnings: Vec::new() }
+        Self {
+            root,
+            buffers,
+            path,
+            images: BTreeMap::new(),
+            places: BTreeMap::new(),
+            bytes_left,
+            textures: Vec::new(),
+            warnings: Vec::new(),
+        }
     }
 
     /// Every material of the file, then the default one.
@@ -136,12 +155,31 @@ impl<'a> Materials<'a> {
         let webp = texture.extensions.as_ref().and_then(|extensions| extensions.others.get("EXT_texture_webp"));
         let webp = webp.and_then(|webp| webp.get("source")?.as_u64());
         let image = webp.map_or(texture.source.value(), |source| source as usize);
-        let place =
-            self.root.images.get(image).map(|image| (image.buffer_view.map(|view| view.value()), image.uri.as_deref()));
-        if let Some(&known) = self.images.get(&place) {
+        if let Some(&known) = self.images.get(&image) {
             return known;
         }
-        let index = match self.image(image) {
+        let place = self.place(image);
+        let index = match self.places.get(&place) {
+            Some(&known) => known,
+            None => self.kept(image),
+        };
+        self.images.insert(image, index);
+        self.places.insert(place, index);
+        index
+    }
+
+    fn place(&self, index: usize) -> ImagePlace<'a> {
+        let Some(image) = self.root.images.get(index) else { return ImagePlace::Nowhere };
+        match (image.buffer_view, &image.uri) {
+            (Some(view), _) => ImagePlace::View(view.value()),
+            (None, Some(uri)) if uri::is_data(uri) => ImagePlace::Data(uri),
+            (None, Some(uri)) => ImagePlace::File(uri::file_of(uri, self.path)),
+            (None, None) => ImagePlace::Nowhere,
+        }
+    }
+
+    fn kept(&mut self, image: usize) -> Option<u32> {
+        match self.image(image) {
             Ok(texture) => {
                 self.textures.push(texture);
                 Some(self.textures.len() as u32 - 1)
@@ -150,9 +188,7 @@ impl<'a> Materials<'a> {
                 self.warnings.push(format!("image {image} is left out, its materials are opaque: {reason}"));
                 None
             }
-        };
-        self.images.insert(place, index);
-        index
+        }
     }
 
     fn image(&mut self, index: usize) -> Result<Texture, String> {

@@ -138,7 +138,11 @@ pub fn inspect(path: &Path, options: &ImportOptions) -> Result<Imported> {
     let bytes = uri::read_file(path).map_err(|fault| fault.at(path))?;
     let is_obj = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
     let is_gltf = container::is_gltf(&bytes) || !is_obj;
-    finish(|budget| if is_gltf { gltf::read(&bytes, path, budget) } else { obj::read(&bytes, path) }, path, options)
+    finish(
+        |budget| if is_gltf { gltf::read(&bytes, path, budget) } else { obj::read(&bytes, path, budget) },
+        path,
+        options,
+    )
 }
 
 /// Reads glTF or binary glTF from memory. `path` names it in messages; its folder is where other files are looked for.
@@ -154,7 +158,7 @@ pub fn load_gltf_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Re
 /// # Errors
 /// As [`load`].
 pub fn load_obj_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Imported> {
-    require_leaves(finish(|_| obj::read(bytes, path), path, options)?, path)
+    require_leaves(finish(|budget| obj::read(bytes, path, budget), path, options)?, path)
 }
 
 fn finish(
@@ -163,7 +167,7 @@ fn finish(
     options: &ImportOptions,
 ) -> Result<Imported> {
     let budget = Budget::new(options);
-    let imported = read(&budget).and_then(|source| assemble::plant(source, options, &budget));
+    let imported = read(&budget).and_then(|source| assemble::plant(source, options));
     let imported = imported.map_err(|fault| fault.at(path))?;
     imported.plant.validate()?;
     Ok(imported)

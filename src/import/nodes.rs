@@ -41,7 +41,7 @@ pub(super) fn placed_meshes(root: &Root, accessors: &Accessors) -> Result<Vec<Pl
         let node = &root.nodes[index];
         let scene_from_node = scene_from_parent * parent_from_node(node);
         if let Some(mesh) = node.mesh {
-            let places: Rc<[DAffine3]> = match instancing::places(node, accessors)? {
+            let places: Rc<[DAffine3]> = match instancing::places(node, accessors, most_instances - instances)? {
                 Some(places) => places.into_iter().map(|place| scene_from_node * place).collect(),
                 None => [scene_from_node].into(),
             };

@@ -1,7 +1,8 @@
 //! OBJ to a [`Source`].
 
 use super::{
-    fault::{Fault, limit},
+    budget::Budget,
+    fault::Fault,
     source::{Mesh, Part, Source, name},
     textures, uri,
 };
@@ -11,7 +12,11 @@ use crate::{
     plant::MAX_ELEMENTS,
 };
 use glam::DAffine3;
-use std::{cell::RefCell, collections::BTreeMap, path::Path};
+use std::{
+    cell::RefCell,
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
 use tobj::{LoadError, LoadOptions};
 
 /// The fix for most of what is wrong with an OBJ.
@@ -22,11 +27,16 @@ const OPTIONS: LoadOptions =
     LoadOptions { single_index: false, triangulate: true, ignore_points: true, ignore_lines: true };
 
 /// Reads a file and the material libraries beside it.
-pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
-    check_indices(bytes)?;
+pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source, Fault> {
+    check_lines(bytes)?;
     let warnings = RefCell::new(Vec::new());
-    let library = |name: &Path| library(name, path, &mut warnings.borrow_mut());
+    let read = RefCell::new(BTreeSet::new());
+    let library = |name: &Path| match read.borrow_mut().insert(uri::file_of(&name.to_string_lossy(), path)) {
+        true => library(name, path, &mut warnings.borrow_mut()),
+        false => Ok(Default::default()),
+    };
     let (models, libraries) = tobj::load_obj_buf(&mut &bytes[..], &OPTIONS, library).map_err(broken)?;
+    budget.check(models.iter().map(|model| model.mesh.indices.len() as u64).sum())?;
     let mut materials =
         Materials { path, textures: Vec::new(), known: BTreeMap::new(), warnings: warnings.into_inner() };
     let libraries = libraries.unwrap_or_default();
@@ -46,11 +56,15 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Source, Fault> {
     Ok(source)
 }
 
-/// Refuses faces that count back beyond what there is, or name more than a plant may have: tobj multiplies such indices
-/// past the end of all numbers.
-fn check_indices(bytes: &[u8]) -> Result<(), Fault> {
-    // Other text is refused by tobj.
-    let Ok(text) = str::from_utf8(bytes) else { return Ok(()) };
+/// Keys of lines that give names, and the longest such line: tobj tells a name again for each group and material.
+const NAMING: [&str; 4] = ["o", "g", "usemtl", "newmtl"];
+const MAX_NAME_LINE: usize = 1024;
+
+/// Refuses what tobj does not bear: faces that count back beyond what there is, or name more than a plant may have, whose
+/// indices it multiplies past the end of all numbers; and very long names.
+fn check_lines(bytes: &[u8]) -> Result<(), Fault> {
+    let text = str::from_utf8(bytes)
+        .map_err(|error| Fault::Broken { reason: format!("its content is no text: {error}"), fix: FIX })?;
     let kinds = ["v", "vt", "vn"];
     let mut counts = [0_i64; 3];
     for (number, line) in text.lines().enumerate() {
@@ -58,6 +72,10 @@ fn check_indices(bytes: &[u8]) -> Result<(), Fault> {
         let Some(key) = words.next() else { continue };
         if let Some(kind) = kinds.iter().position(|&kind| kind == key) {
             counts[kind] += 1;
+        }
+        if NAMING.contains(&key) && line.len() > MAX_NAME_LINE {
+            let reason = format!("line {} gives a name of {} bytes", number + 1, line.len());
+            return Err(Fault::Broken { reason, fix: FIX });
         }
         if !["f", "l", "p"].contains(&key) {
             continue;
@@ -81,6 +99,7 @@ fn broken(error: LoadError) -> Fault {
 fn library(name: &Path, path: &Path, warnings: &mut Vec<String>) -> tobj::MTLLoadResult {
     let bytes = uri::read(&name.to_string_lossy(), path).map_err(|fault| fault.at(path).to_string());
     let library = bytes.and_then(|bytes| {
+        check_lines(&bytes).map_err(|fault| fault.at(path).to_string())?;
         let text = with_whole_colors(str::from_utf8(&bytes).map_err(|error| error.to_string())?);
         tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| error.to_string())
     });
@@ -105,7 +124,6 @@ impl Source {
     /// Appends the triangles of one object, group and material.
     fn push(&mut self, model: &tobj::Model) -> Result<(), Fault> {
         let from = &model.mesh;
-        limit("the number of indices", from.indices.len() as u64, MAX_ELEMENTS as u64)?;
         let material = from.material_id.unwrap_or(self.materials.len() - 1).min(self.materials.len() - 1);
         let name = name(Some(&model.name));
         let mut mesh = Mesh { name: name.clone(), material, ..Mesh::default() };
@@ -146,7 +164,8 @@ fn triple(values: &[f32], index: u32) -> Option<[f32; 3]> {
 struct Materials<'a> {
     path: &'a Path,
     textures: Vec<Texture>,
-    known: BTreeMap<String, Option<u32>>,
+    /// Texture of each file, `None` where it can not be used.
+    known: BTreeMap<PathBuf, Option<u32>>,
     warnings: Vec<String>,
 }
 
@@ -173,7 +192,8 @@ impl Materials<'_> {
     }
 
     fn texture(&mut self, name: &str) -> Option<u32> {
-        if let Some(&known) = self.known.get(name) {
+        let file = uri::file_of(name, self.path);
+        if let Some(&known) = self.known.get(&file) {
             return known;
         }
         let bytes = uri::read(name, self.path).map_err(|fault| fault.at(self.path).to_string());
@@ -187,7 +207,7 @@ impl Materials<'_> {
                 None
             }
         };
-        self.known.insert(name.to_owned(), index);
+        self.known.insert(file, index);
         index
     }
 }

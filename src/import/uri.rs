@@ -10,7 +10,7 @@ use std::{
 
 /// The bytes that `uri` names. `beside` is the file that holds the URI.
 pub(super) fn read(uri: &str, beside: &Path) -> Result<Vec<u8>, Fault> {
-    if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+    if is_data(uri) {
         return decode_data(uri);
     }
     if uri.contains("://") {
@@ -21,6 +21,11 @@ pub(super) fn read(uri: &str, beside: &Path) -> Result<Vec<u8>, Fault> {
         return Err(Fault::broken(format!("control characters are in the file name {uri:?}")));
     }
     read_file(&beside_path(uri, beside))
+}
+
+/// Whether `uri` holds its bytes itself.
+pub(super) fn is_data(uri: &str) -> bool {
+    uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
 
 /// A whole regular file.
@@ -40,10 +45,16 @@ fn decode_data(uri: &str) -> Result<Vec<u8>, Fault> {
     Ok(bytes)
 }
 
+/// The file that `uri` names, the same by whatever name.
+pub(super) fn file_of(uri: &str, beside: &Path) -> PathBuf {
+    let path = beside_path(uri, beside);
+    fs::canonicalize(&path).unwrap_or(path)
+}
+
 /// The path that a relative URI means. Absolute ones of another machine (`C:/...`) fall back to the file's name.
-fn beside_path(uri: &str, beside: &Path) -> PathBuf {
+fn beside_path(uri: &str, file: &Path) -> PathBuf {
     let decoded = percent_decode_str(uri).decode_utf8_lossy().replace('\\', "/");
-    let folder = beside.parent().unwrap_or(Path::new(""));
+    let folder = file.parent().unwrap_or(Path::new(""));
     let is_absolute = decoded.starts_with('/') || decoded.as_bytes().get(1) == Some(&b':');
     if is_absolute {
         return folder.join(decoded.rsplit('/').next().unwrap_or_default());

@@ -2,7 +2,8 @@
 //!
 //! A few hundred bytes can encode 8192 x 8192 texels of one colour. What decoding would hold is told from the image's head
 //! and refused beyond [`bound`] before it is allocated. Within it is a PNG of 4096 x 4096 texels with 8 bits a channel
-//! from about 60 kilobytes on (one of a single colour), a JPEG of that size from one megabyte on, a WebP from two.
+//! from about 60 kilobytes on (one of a single colour) and any JPEG in one scan; a JPEG in several scans and a WebP from two
+//! megabytes on.
 
 use super::{MAX_TEXTURE_SIDE, Pixels, Texture, TextureFormat};
 use crate::{Error, Result};
@@ -13,12 +14,18 @@ use std::io::Cursor;
 const BOUND: [u64; 2] = [64, 64 * MEGABYTE];
 /// Bytes that a decoder holds for any image. Measured: 160,000.
 const DECODER_BYTES: u64 = 400_000;
+/// Most bytes of what an image holds aside, such as a colour profile: they grow by doubling. The texels do not count.
+const MAX_ASIDE_BYTES: u64 = 16 * MEGABYTE;
 /// Bytes in a megabyte.
 const MEGABYTE: u64 = 1_000_000;
-/// Bytes that the JPEG and the WebP decoder hold for a texel beside what they give: the components of a progressive image;
-/// luma, chroma, alpha and colour. Measured.
-const JPEG_TEXEL_BYTES: u64 = 3;
+/// Bytes that the decoders hold for a texel beside what they give: of a JPEG in several scans the coefficients of up to four
+/// components, of a WebP luma, chroma, alpha and colour (measured).
+const SCANS_TEXEL_BYTES: u64 = 8;
 const WEBP_TEXEL_BYTES: u64 = 7;
+/// Second byte of the markers that start a progressive frame and a scan of a JPEG; the first is 0xff, which no other data
+/// of a scan holds before them.
+const PROGRESSIVE: u8 = 0xc2;
+const SCAN: u8 = 0xda;
 
 impl Texture {
     /// Decodes the image.
@@ -33,7 +40,7 @@ impl Texture {
         };
         let failed = |error: image::ImageError| unreadable(error.to_string());
         let decoder = self.decoder().map_err(failed)?;
-        let held = held_bytes(&decoder, self.format);
+        let held = self.held_bytes(&decoder);
         let bound = bound(self.bytes.len() as u64);
         if held > bound {
             let (width, height) = decoder.dimensions();
@@ -47,6 +54,25 @@ impl Texture {
         decoded(decoder).map_err(failed)
     }
 
+    /// Bytes that [`decoded`] holds at once.
+    fn held_bytes(&self, decoder: &impl ImageDecoder) -> u64 {
+        let (width, height) = decoder.dimensions();
+        let texels = u64::from(width) * u64::from(height);
+        let wide = if channels(decoder.color_type()).is_none() { decoder.total_bytes() } else { 0 };
+        let inner = match self.format {
+            TextureFormat::Jpeg if self.has_scans() => SCANS_TEXEL_BYTES,
+            TextureFormat::Png | TextureFormat::Jpeg => 0,
+            TextureFormat::Webp => WEBP_TEXEL_BYTES,
+        };
+        DECODER_BYTES + texels * (4 + inner) + wide
+    }
+
+    /// Whether a JPEG is kept until its last scan: a progressive one, or one of several scans.
+    fn has_scans(&self) -> bool {
+        let markers = |second| self.bytes.windows(2).filter(move |pair| *pair == [0xff, second]).count();
+        markers(PROGRESSIVE) > 0 || markers(SCAN) > 1
+    }
+
     fn decoder(&self) -> image::ImageResult<impl ImageDecoder + '_> {
         let format = match self.format {
             TextureFormat::Png => image::ImageFormat::Png,
@@ -56,6 +82,7 @@ impl Texture {
         let mut limits = Limits::default();
         limits.max_image_width = Some(MAX_TEXTURE_SIDE);
         limits.max_image_height = Some(MAX_TEXTURE_SIDE);
+        limits.max_alloc = Some(MAX_ASIDE_BYTES);
         let mut reader = ImageReader::with_format(Cursor::new(&self.bytes), format);
         reader.limits(limits);
         reader.into_decoder()
@@ -65,19 +92,6 @@ impl Texture {
 /// Bytes that decoding of `length` bytes may hold.
 fn bound(length: u64) -> u64 {
     BOUND[0] * length + BOUND[1]
-}
-
-/// Bytes that [`decoded`] holds at once.
-fn held_bytes(decoder: &impl ImageDecoder, format: TextureFormat) -> u64 {
-    let (width, height) = decoder.dimensions();
-    let texels = u64::from(width) * u64::from(height);
-    let wide = if channels(decoder.color_type()).is_none() { decoder.total_bytes() } else { 0 };
-    let inner = match format {
-        TextureFormat::Png => 0,
-        TextureFormat::Jpeg => JPEG_TEXEL_BYTES,
-        TextureFormat::Webp => WEBP_TEXEL_BYTES,
-    };
-    DECODER_BYTES + texels * (4 + inner) + wide
 }
 
 /// Channels of 8 bits each; `None` for wider ones.

@@ -117,8 +117,10 @@ impl GpuDevice {
     pub fn wait(&self, submission: wgpu::SubmissionIndex, longest: Duration) -> Result<()> {
         let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(longest) };
         let waited = self.caught(|| self.device.poll(wait))?;
-        let name = self.adapter_name();
-        waited.map(drop).map_err(|error| gpu_error(format!("{name} does not answer: {}", one_line(&error))))
+        waited.map(drop).or_else(|error| {
+            self.failure.keep(format!("it does not answer: {}", one_line(&error)));
+            self.check()
+        })
     }
 
     /// What `call` gives. Its panic is a failure of the device from then on.

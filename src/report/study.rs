@@ -135,12 +135,14 @@ impl<'a> Study<'a> {
         let mut times = gpu.and_then(|gpu| guarded(|| FrameTimes::new(gpu, self.options.sizes[0])).ok());
         for level in method.levels(&self.options.levels) {
             let sample = method.at(level);
-            let frame_seconds = match &mut times {
-                Some(times) => match guarded(|| times.median(&sample.reduced, &self.cameras)) {
-                    Err(Error::Gpu { .. } | Error::TooLarge { .. }) => f64::NAN,
-                    seconds => seconds?,
-                },
-                None => f64::NAN,
+            let mut measured = |times: &mut FrameTimes<'_>| guarded(|| times.median(&sample.reduced, &self.cameras));
+            let frame_seconds = match times.as_mut().map(&mut measured) {
+                Some(Err(Error::Gpu { .. })) => {
+                    times = None;
+                    f64::NAN
+                }
+                Some(Err(Error::TooLarge { .. })) | None => f64::NAN,
+                Some(seconds) => seconds?,
             };
             let extraction_seconds = match sample.reduced {
                 Reduced::Prefix(model, count) => extraction_seconds(model, count),

@@ -17,7 +17,7 @@ pub fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(COMMAND);
     command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     // Without it some drivers write to stderr.
-    command.env("XDG_RUNTIME_DIR", folder);
+    command.env("XDG_RUNTIME_DIR", folder).env_remove("RUST_BACKTRACE");
     command
 }
 

@@ -42,7 +42,14 @@ WRAP(vkCreateBuffer, (VkDevice d, const VkBufferCreateInfo *i, const VkAllocatio
 WRAP(vkCreateImage, (VkDevice d, const VkImageCreateInfo *i, const VkAllocationCallbacks *a, VkImage *m), (d, i, a, m))
 WRAP(vkCreateImageView, (VkDevice d, const VkImageViewCreateInfo *i, const VkAllocationCallbacks *a, VkImageView *v), (d, i, a, v))
 WRAP(vkCreateShaderModule, (VkDevice d, const VkShaderModuleCreateInfo *i, const VkAllocationCallbacks *a, VkShaderModule *s), (d, i, a, s))
-WRAP(vkCreateGraphicsPipelines, (VkDevice d, VkPipelineCache c, uint32_t n, const VkGraphicsPipelineCreateInfo *i, const VkAllocationCallbacks *a, VkPipeline *p), (d, c, n, i, a, p))
+
+static PFN_vkCreateGraphicsPipelines next_vkCreateGraphicsPipelines;
+static VKAPI_ATTR VkResult VKAPI_CALL my_vkCreateGraphicsPipelines(VkDevice d, VkPipelineCache c, uint32_t n, const VkGraphicsPipelineCreateInfo *i, const VkAllocationCallbacks *a, VkPipeline *p) {
+    VkResult result;
+    if (!fails("vkCreateGraphicsPipelines", &result)) return next_vkCreateGraphicsPipelines(d, c, n, i, a, p);
+    for (uint32_t made = 0; made < n; made++) p[made] = VK_NULL_HANDLE;
+    return result;
+}
 WRAP(vkCreateCommandPool, (VkDevice d, const VkCommandPoolCreateInfo *i, const VkAllocationCallbacks *a, VkCommandPool *p), (d, i, a, p))
 WRAP(vkAllocateCommandBuffers, (VkDevice d, const VkCommandBufferAllocateInfo *i, VkCommandBuffer *b), (d, i, b))
 WRAP(vkBeginCommandBuffer, (VkCommandBuffer b, const VkCommandBufferBeginInfo *i), (b, i))
@@ -70,7 +77,7 @@ static VKAPI_ATTR VkResult VKAPI_CALL my_vkCreateInstance(const VkInstanceCreate
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
     PFN_vkCreateInstance create = (PFN_vkCreateInstance)instance_proc(NULL, "vkCreateInstance");
     VkResult result = create(info, a, instance);
-    the_instance = *instance;
+    if (result == VK_SUCCESS) the_instance = *instance;
     return result;
 }
 

@@ -50,8 +50,11 @@ impl Failure {
     }
 }
 
-/// Panics that the library turns into errors are told as those alone.
+/// Panics that the library turns into errors are told as those alone, unless backtraces are asked for.
 pub fn tell_panics_of_drivers_once() {
+    if std::env::var_os("RUST_BACKTRACE").is_some_and(|wanted| wanted != "0") {
+        return;
+    }
     let tell = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         if !is_guarding() {

@@ -34,8 +34,8 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     let mut steps = Steps::new(args.json);
     if scene::is_scene(&args.model) {
         scene::refuse(&args.not_for_scenes())?;
+        file::check_apart(&args.output, scene::files(&args.model)?)?;
         let mut opened = Opened::open(&args.model, &mut steps)?;
-        file::check_apart(&args.output, opened.model_files(&args.model))?;
         let all = opened.plants();
         let staging = opened.staging(args.seconds, args.size, args.method == Method::Full);
         return finish(args, &staging, all, &mut steps);

@@ -47,8 +47,18 @@ pub fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
-fn model_files(file: &SceneFile, path: &Path) -> impl Iterator<Item = PathBuf> {
+/// The files that the scene at `path` reads.
+///
+/// # Errors
+/// Those of reading the scene itself.
+pub fn files(path: &Path) -> Result<Vec<PathBuf>> {
+    let file = SceneFile::read(path)?;
     let folder = path.parent().unwrap_or(Path::new("."));
+    let species = file.models.iter().filter_map(|source| source.species.as_ref()).map(|name| folder.join(name));
+    Ok(model_files(&file, folder).chain(species).collect())
+}
+
+fn model_files(file: &SceneFile, folder: &Path) -> impl Iterator<Item = PathBuf> {
     file.models.iter().filter_map(|source| source.file.as_ref()).map(move |model| folder.join(model))
 }
 
@@ -61,10 +71,10 @@ impl Opened {
         let file = SceneFile::read(path)?;
         // What cannot be is told before anything is grown.
         file.scatter.iter().try_for_each(|scatter| scatter.spots().map(drop))?;
-        for model in model_files(&file, path) {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        for model in model_files(&file, folder) {
             std::fs::metadata(&model).map_err(|error| Error::io(&model, error))?;
         }
-        let folder = path.parent().unwrap_or(Path::new("."));
         let mut models = Vec::new();
         for source in &file.models {
             let model = load(source, folder)?;
@@ -75,11 +85,6 @@ impl Opened {
         let opened = Self::new(file, models)?;
         steps.done("scene", format!("{}: {} plants", path.display(), grouped(opened.planted.len() as u64)))?;
         Ok(opened)
-    }
-
-    /// The files of the models of the scene at `path`.
-    pub fn model_files(&self, path: &Path) -> impl Iterator<Item = PathBuf> {
-        model_files(&self.file, path)
     }
 
     fn new(file: SceneFile, models: Vec<FoliageModel>) -> Result<Self> {

@@ -53,7 +53,7 @@ pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
         reports.push(study(&plant, args, &options, gpu.as_ref(), &mut steps)?);
     }
     if let Some(Err(error)) = gpu.as_ref().map(GpuDevice::check) {
-        output::complaint(format_args!("warning: frame times are missing from here on: {error}"));
+        output::complaint(format_args!("warning: some frame times are missing: {error}"));
     }
     let adapter = gpu.as_ref().map(GpuDevice::adapter_name);
     let adapter = adapter.as_deref();
