@@ -10,7 +10,7 @@ use super::{
     fault::{Fault, limit},
     materials::{Materials, Surface},
     nodes::{self, PlacedMesh},
-    source::{Mesh, Part, Source, name},
+    source::{Mesh, Part, Source, name, name_of},
     topology,
 };
 use crate::leaf::Vertex;
@@ -84,7 +84,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source,
     });
     let parts = parts.collect();
     Ok(Source {
-        name: name(path.file_stem().map(|stem| stem.to_string_lossy()).as_deref()),
+        name: name_of(path),
         meshes,
         parts,
         stated_alpha: surfaces.iter().map(|surface| surface.stated_alpha).collect(),

@@ -3,7 +3,7 @@
 use super::{
     budget::Budget,
     fault::Fault,
-    source::{Mesh, Part, Source, name},
+    source::{Mesh, Part, Source, name, name_of},
     textures, uri,
 };
 use crate::{
@@ -40,8 +40,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source,
     let mut materials =
         Materials { path, textures: Vec::new(), known: BTreeMap::new(), warnings: warnings.into_inner() };
     let libraries = libraries.unwrap_or_default();
-    let mut source =
-        Source { name: name(path.file_stem().map(|stem| stem.to_string_lossy()).as_deref()), ..Source::default() };
+    let mut source = Source { name: name_of(path), ..Source::default() };
     for library in &libraries {
         let (material, stated_alpha) = materials.material(library);
         source.materials.push(material);

@@ -6,7 +6,7 @@ use crate::{
     material::{AlphaMode, Material, Texture},
 };
 use glam::{BVec3, DAffine3, DMat3, DVec3, Vec3};
-use std::rc::Rc;
+use std::{path::Path, rc::Rc};
 
 /// The content of a file: meshes, where they stand, materials.
 #[derive(Debug, Default)]
@@ -65,6 +65,11 @@ const MAX_NAME_BYTES: usize = 256;
 pub(super) fn name(given: Option<&str>) -> String {
     let fits = |(start, letter): &(usize, char)| start + letter.len_utf8() <= MAX_NAME_BYTES;
     given.unwrap_or_default().char_indices().take_while(fits).map(|(_, letter)| letter).collect()
+}
+
+/// The name of the plant in the file at `path`.
+pub(super) fn name_of(path: &Path) -> String {
+    name(path.file_stem().map(|stem| stem.to_string_lossy()).as_deref())
 }
 
 /// Triangles with one material, in the mesh's own space.

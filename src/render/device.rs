@@ -13,6 +13,9 @@ use std::{
 /// What to do without a GPU.
 const USE_CPU: &str = "use --raster cpu";
 
+/// Longest wait for one picture or one job of a capture. Software adapters take a few seconds for the largest.
+pub(super) const LONGEST_WAIT: Duration = Duration::from_secs(300);
+
 /// Which adapter to take.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct GpuOptions {

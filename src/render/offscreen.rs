@@ -3,13 +3,12 @@
 use super::{
     backdrop_pass::Backdrop,
     buffers::buffer,
-    device::{GpuDevice, gpu_error, one_line},
+    device::{GpuDevice, LONGEST_WAIT, gpu_error, one_line},
     foliage::FoliageRenderer,
     image::Image,
     surface::TargetFormat,
 };
 use crate::{Error, Result};
-use std::time::Duration;
 
 /// Formats and samples of an [`Offscreen`]: four samples a pixel, which every adapter offers.
 pub const TARGET: TargetFormat =
@@ -17,8 +16,6 @@ pub const TARGET: TargetFormat =
 /// Formats of an [`Offscreen`]'s motion vectors, for [`FoliageRenderer::with_motion`].
 pub const MOTION: TargetFormat =
     TargetFormat { color: wgpu::TextureFormat::Rg32Float, depth: wgpu::TextureFormat::Depth32Float, samples: 1 };
-/// Longest wait for one picture.
-const LONGEST_WAIT: Duration = Duration::from_secs(300);
 
 /// A picture-sized target, kept between pictures.
 pub struct Offscreen {

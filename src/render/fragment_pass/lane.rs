@@ -8,19 +8,14 @@ use crate::{
     Result,
     render::{
         buffers::{buffer, grow},
-        device::{GpuDevice, gpu_error, one_line},
+        device::{GpuDevice, LONGEST_WAIT, gpu_error, one_line},
     },
     simplify::fragments::{AlphaMask, AlphaTest, Coverage, NO_MASK, ViewTriangles},
 };
-use std::{
-    sync::{Arc, Mutex, PoisonError},
-    time::Duration,
-};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Bytes of the count in front of the entries.
 const HEADER_BYTES: u64 = size_of::<u32>() as u64;
-/// Longest wait for one job. Software adapters take a few seconds for the largest.
-const LONGEST_WAIT: Duration = Duration::from_secs(300);
 
 type MapResult = Arc<Mutex<Option<std::result::Result<(), wgpu::BufferAsyncError>>>>;
 
