@@ -420,7 +420,12 @@ fn more_memory_than_allowed_is_refused_with_one_line_that_says_how_much() {
     for (limit, needs, fix) in
         [("3", "triangles, instances counted, in MB, is ", "split the file"), ("40", views, "lower --resolution")]
     {
+        // Whoever captures fragments, it is told once.
         let refused = run(&folder, &[&arguments[..], &[limit]].concat());
+        let by_any = run(&folder, &[&arguments[..4], &arguments[6..], &[limit]].concat());
+        // Some drivers write to stderr themselves.
+        let told = String::from_utf8(by_any.stderr).unwrap();
+        assert_eq!(told.lines().filter(|line| line.contains("--max-memory")).count(), 1, "{told}");
         let line = String::from_utf8(refused.stderr).unwrap();
         assert_eq!((refused.status.code(), line.lines().count()), (Some(1), 1), "{line}");
         let told = line.contains(needs) && line.contains(&format!("above the limit of {limit}; {fix}"));

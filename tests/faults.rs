@@ -115,6 +115,9 @@ fn a_target_that_is_read_or_read_only_is_refused_and_left_alone() {
         assert!(line.contains("is what is read"), "{line}");
     }
     assert!(contents() == before);
+    // An embedded species is no file, whatever the output is called.
+    let grow = ["grow", "betula-populifolia", "-o", "betula-populifolia", "--leaves", "60"];
+    (0..2).for_each(|_| succeeds(&run(&folder, &grow)));
 }
 
 /// A shell's limit on the length of files stands in for a full disk; without its signal, writing fails in the same way.

@@ -5,6 +5,7 @@ use crate::{
     failure::Failure,
     output::{self, Steps, grouped, megabytes},
     progress::spinning,
+    scene::is_toml,
 };
 use foliage_lod::{
     file::{check_apart, check_writable, write_whole},
@@ -15,7 +16,7 @@ use serde_json::json;
 /// Runs the subcommand.
 pub fn run(args: &args::Grow) -> Result<(), Failure> {
     check_writable(&args.output)?;
-    check_apart(&args.output, [&args.species])?;
+    check_apart(&args.output, Some(&args.species).filter(|species| is_toml(species.as_ref())))?;
     let species = Species::named(&args.species)?;
     let mut steps = Steps::new(args.json);
     let options = GrowOptions { leaves: args.leaves, seed: args.seed };

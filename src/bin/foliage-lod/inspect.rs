@@ -23,7 +23,7 @@ const CURVE_PERCENTS: [u32; 9] = [100, 90, 80, 70, 50, 30, 15, 5, 1];
 
 /// Runs the subcommand.
 pub fn run(args: &args::Inspect) -> Result<(), Failure> {
-    if scene::is_scene(&args.file) {
+    if scene::is_toml(&args.file) {
         return inspect_scene(args);
     }
     if is_model(&args.file) {

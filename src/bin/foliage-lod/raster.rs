@@ -44,9 +44,11 @@ pub fn simplified(raster: Raster, plant: &Plant, options: &SimplifyOptions) -> R
     Ok((by(&mut CpuFragments::new())?, format!("the CPU{why_cpu}")))
 }
 
-/// Says why the CPU does what a GPU was meant to.
+/// Says why the CPU does what a GPU was meant to. What is no failure of the GPU the CPU tells itself, if it is one there too.
 pub fn tell_fallback(error: &Error) {
-    output::complaint(format_args!("warning: the CPU takes over: {error}"));
+    if let Error::Gpu { .. } = error {
+        output::complaint(format_args!("warning: the CPU takes over: {error}"));
+    }
 }
 
 /// What is made stays made when the device fails while it is closed.

@@ -32,7 +32,7 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     file::check_writable(&args.output)?;
     file::check_apart(&args.output, [&args.model])?;
     let mut steps = Steps::new(args.json);
-    if scene::is_scene(&args.model) {
+    if scene::is_toml(&args.model) {
         scene::refuse(&args.not_for_scenes())?;
         file::check_apart(&args.output, scene::files(&args.model)?)?;
         let mut opened = Opened::open(&args.model, &mut steps)?;

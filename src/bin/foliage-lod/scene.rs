@@ -42,8 +42,8 @@ pub struct Opened {
     active: Vec<Active>,
 }
 
-/// True for what is read as a scene.
-pub fn is_scene(path: &Path) -> bool {
+/// True for what is read as a scene, or as a species where one is asked for.
+pub fn is_toml(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
@@ -55,7 +55,8 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>> {
     let file = SceneFile::read(path)?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let species = file.models.iter().filter_map(|source| source.species.as_ref()).map(|name| folder.join(name));
-    Ok(model_files(&file, folder).chain(species).collect())
+    // Others are embedded.
+    Ok(model_files(&file, folder).chain(species.filter(|species| is_toml(species))).collect())
 }
 
 fn model_files(file: &SceneFile, folder: &Path) -> impl Iterator<Item = PathBuf> {

@@ -45,7 +45,7 @@ pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
     let mut steps = Steps::new(args.json);
     let (mut reports, mut scenes) = (Vec::new(), Vec::new());
     for name in &args.plants {
-        if scene::is_scene(Path::new(name)) {
+        if scene::is_toml(Path::new(name)) {
             scenes.push(scene_study::study(Path::new(name), gpu.as_ref(), &mut steps)?);
             continue;
         }

@@ -40,7 +40,7 @@ const SMOOTHING: f64 = 0.1;
 
 /// Runs the subcommand.
 pub fn run(args: &args::View) -> std::result::Result<(), Failure> {
-    if scene::is_scene(&args.model) {
+    if scene::is_toml(&args.model) {
         return view_scene::run(args);
     }
     let model = FoliageModel::read(&args.model)?;
