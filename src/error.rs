@@ -1,13 +1,17 @@
 //! The one error type of the crate: every variant carries the value that was seen and says the fix.
 
 use std::{
+    borrow::Cow,
+    fmt::Display,
     io::ErrorKind,
+    ops::RangeInclusive,
     path::{Path, PathBuf},
 };
 
 /// Everything that can go wrong, each with the value seen and what to do about it.
 ///
-/// The text is one line without a trailing full stop, ready to be printed after `error: `.
+/// The text is one line without a trailing full stop, ready to be printed after `error: `. Fixes name options by their
+/// field, between backticks: a program can put its own spelling there.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -65,11 +69,11 @@ pub enum Error {
         /// What was found, with the index and the value seen.
         what: String,
     },
-    /// An option outside its range.
-    #[error("{option} is {value}; it must be {allowed}")]
+    /// An option or parameter outside its range.
+    #[error("{field} is {value}; it must be {allowed}")]
     InvalidOption {
-        /// The option as the command line spells it.
-        option: &'static str,
+        /// Field of the options struct, or dotted key of the file, that holds the value: `max_scale`, `effects.wind.strength`.
+        field: Cow<'static, str>,
         /// The value seen.
         value: String,
         /// The values that are allowed.
@@ -106,6 +110,11 @@ impl Error {
         Self::Io { path: path.as_ref().to_path_buf(), source }
     }
 
+    /// An [`Error::InvalidOption`] for `field`.
+    pub fn invalid(field: impl Into<Cow<'static, str>>, value: impl Display, allowed: impl Into<String>) -> Self {
+        Self::InvalidOption { field: field.into(), value: value.to_string(), allowed: allowed.into() }
+    }
+
     /// An [`Error::Unreadable`] for `path`.
     pub fn unreadable(path: impl AsRef<Path>, reason: impl Into<String>, fix: impl Into<String>) -> Self {
         Self::Unreadable { path: path.as_ref().to_path_buf(), reason: reason.into(), fix: fix.into() }
@@ -125,6 +134,21 @@ fn told(source: &std::io::Error) -> String {
         _ => "see that the file and its disk are sound",
     };
     format!("{source}; {fix}")
+}
+
+/// Checks that `value` lies within `range`; NaN does not.
+///
+/// # Errors
+/// [`Error::InvalidOption`] that names `field`.
+pub(crate) fn check_range<T: PartialOrd + Display>(
+    field: impl Into<Cow<'static, str>>,
+    value: T,
+    range: RangeInclusive<T>,
+) -> Result<()> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    Err(Error::invalid(field, value, format!("from {} to {}", range.start(), range.end())))
 }
 
 /// Result with this crate's [`Error`].

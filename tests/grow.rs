@@ -60,7 +60,7 @@ fn leaf_counts_out_of_range_are_refused_with_the_range() {
     let oak = Species::embedded("english-oak").unwrap();
     for leaves in [0, MAX_GROWN_LEAVES + 1] {
         let error = grow(&oak, &GrowOptions { leaves: Some(leaves), seed: None }).unwrap_err();
-        assert_eq!(error.to_string(), format!("--leaves is {leaves}; it must be 1 to 1000000"));
+        assert_eq!(error.to_string(), format!("leaves is {leaves}; it must be from 1 to 1000000"));
     }
 }
 
@@ -145,7 +145,7 @@ fn unknown_species_and_keys_and_values_out_of_range_are_named() {
     let refusal = |text: &str| Species::from_toml(text, Path::new("my.toml")).unwrap_err().to_string();
     assert_eq!(
         Species::embedded("elm").unwrap_err().to_string(),
-        "SPECIES is \"elm\"; it must be english-oak, carya-illinoinensis, betula-populifolia, or a species .toml file"
+        "species is \"elm\"; it must be english-oak, carya-illinoinensis, betula-populifolia, or a species .toml file"
     );
     let unknown = refusal(&OAK.replace("lobe_depth", "lobe_deepness"));
     assert!(unknown.starts_with("my.toml: line ") && unknown.contains("unknown field `lobe_deepness`"), "{unknown}");

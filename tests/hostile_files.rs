@@ -63,7 +63,7 @@ fn outcome(read: Result<()>) -> &'static str {
         Error::Unsupported { .. } => "unsupported",
         Error::InvalidModel { .. } => "unsound",
         Error::NoLeaves { .. } => "leafless",
-        Error::InvalidOption { option: "--leaves", .. } => "unknown name",
+        Error::InvalidOption { field, .. } if field == "leaves" => "unknown name",
         Error::TooLarge { .. } => "too large",
         Error::Io { .. } => "missing file",
         other => panic!("a reader gives no such error: {other:?}"),

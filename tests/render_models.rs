@@ -214,7 +214,7 @@ fn a_target_without_pixels_or_beyond_the_adapter_is_refused() {
     let Some(gpu) = gpu() else { return };
     for size in [[0, 5], [5, 0], [1 << 20, 5]] {
         let error = Offscreen::new(&gpu, size).err().unwrap().to_string();
-        assert!(error.starts_with(&format!("--size is {}x{}; it must be 1 to ", size[0], size[1])), "{error}");
+        assert!(error.starts_with(&format!("size is {}x{}; it must be 1 to ", size[0], size[1])), "{error}");
     }
 }
 

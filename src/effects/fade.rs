@@ -1,7 +1,6 @@
 //! The end of the prefix: how many leaves are on their way at once, and what of them changes.
 
-use super::within;
-use crate::{Result, model::Transition, stochastic};
+use crate::{Result, error::check_range, model::Transition, stochastic};
 use serde::Deserialize;
 
 /// What of a fading leaf changes.
@@ -65,7 +64,7 @@ impl Fade {
     }
 
     pub(super) fn check(&self) -> Result<()> {
-        within("effects.fade.half_width", self.half_width, 0.0, 0.5)
+        check_range("effects.fade.half_width", self.half_width, 0.0..=0.5)
     }
 }
 

@@ -13,7 +13,8 @@ pub use sky::Sky;
 pub use wind::Wind;
 
 use crate::{
-    Error, Result,
+    Result,
+    error::check_range,
     model::Transition,
     stochastic::{contrast, lambda},
 };
@@ -233,33 +234,25 @@ impl Effects {
             fade.check()?;
         }
         if let Some(contrast) = &self.contrast {
-            within("effects.contrast.strength", contrast.strength, 0.0, 1.0)?;
+            check_range("effects.contrast.strength", contrast.strength, 0.0..=1.0)?;
         }
         if let Some(normals) = &self.crown_normals {
-            within("effects.crown_normals.blend", normals.blend, 0.0, 1.0)?;
+            check_range("effects.crown_normals.blend", normals.blend, 0.0..=1.0)?;
         }
         if let Some(through) = &self.translucency {
-            within("effects.translucency.strength", through.strength, 0.0, 1.0)?;
-            within("effects.translucency.glow", through.glow, 0.0, 16.0)?;
-            within("effects.translucency.sharpness", through.sharpness, 1.0, 64.0)?;
+            check_range("effects.translucency.strength", through.strength, 0.0..=1.0)?;
+            check_range("effects.translucency.glow", through.glow, 0.0..=16.0)?;
+            check_range("effects.translucency.sharpness", through.sharpness, 1.0..=64.0)?;
         }
         if let Some(shadow) = &self.shadow {
-            within("effects.shadow.resolution", shadow.resolution as f32, 64.0, 8192.0)?;
-            within("effects.shadow.distance", shadow.distance, 1e-6, 1e9)?;
-            within("effects.shadow.lod", shadow.lod, 0.0, 1.0)?;
-            within("effects.shadow.softness", shadow.softness, 0.0, 4.0)?;
+            check_range("effects.shadow.resolution", shadow.resolution as f32, 64.0..=8192.0)?;
+            check_range("effects.shadow.distance", shadow.distance, 1e-6..=1e9)?;
+            check_range("effects.shadow.lod", shadow.lod, 0.0..=1.0)?;
+            check_range("effects.shadow.softness", shadow.softness, 0.0..=4.0)?;
         }
         self.sky.as_ref().map_or(Ok(()), Sky::check)?;
         self.wind.as_ref().map_or(Ok(()), Wind::check)
     }
-}
-
-/// An error unless `value` lies in `least..=most`.
-fn within(option: &'static str, value: f32, least: f32, most: f32) -> Result<()> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::InvalidOption { option, value: value.to_string(), allowed: format!("from {least} to {most}") })
 }
 
 #[cfg(test)]

@@ -6,8 +6,7 @@
 //!
 //! Limits: by day alone, the sun counts as at least one degree above the horizon; no clouds, no disc of the sun.
 
-use super::within;
-use crate::Result;
+use crate::{Result, error::check_range};
 use glam::{Mat3, Vec3};
 use serde::Deserialize;
 
@@ -40,8 +39,8 @@ impl Default for Sky {
 
 impl Sky {
     pub(super) fn check(&self) -> Result<()> {
-        within("effects.sky.turbidity", self.turbidity, 2.0, 10.0)?;
-        within("effects.sky.exposure", self.exposure, 0.1, 10.0)
+        check_range("effects.sky.turbidity", self.turbidity, 2.0..=10.0)?;
+        check_range("effects.sky.exposure", self.exposure, 0.1..=10.0)
     }
 
     /// The sky under a sun in that direction.

@@ -11,8 +11,7 @@
 //! Limits: the plant's own +Y axis is its trunk. Branches are not told apart: those near each other sway alike. Enlarged
 //! leaves turn as whole ones.
 
-use super::within;
-use crate::{Result, bounds::Aabb};
+use crate::{Result, bounds::Aabb, error::check_range};
 use glam::{DAffine3, DVec3, Quat, Vec3};
 use serde::Deserialize;
 use std::f32::consts::TAU;
@@ -60,12 +59,12 @@ impl Default for Wind {
 
 impl Wind {
     pub(super) fn check(&self) -> Result<()> {
-        within("effects.wind.direction", self.direction, -360.0, 360.0)?;
-        within("effects.wind.strength", self.strength, 0.0, 0.1)?;
-        within("effects.wind.gustiness", self.gustiness, 0.0, 1.0)?;
-        within("effects.wind.branches", self.branches, 0.0, 0.02)?;
-        within("effects.wind.flutter", self.flutter, 0.0, 90.0)?;
-        within("effects.wind.gust_length", self.gust_length, 1e-6, 1e9)
+        check_range("effects.wind.direction", self.direction, -360.0..=360.0)?;
+        check_range("effects.wind.strength", self.strength, 0.0..=0.1)?;
+        check_range("effects.wind.gustiness", self.gustiness, 0.0..=1.0)?;
+        check_range("effects.wind.branches", self.branches, 0.0..=0.02)?;
+        check_range("effects.wind.flutter", self.flutter, 0.0..=90.0)?;
+        check_range("effects.wind.gust_length", self.gust_length, 1e-6..=1e9)
     }
 
     /// The wind at `seconds`, which may be any finite number.

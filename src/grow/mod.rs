@@ -21,7 +21,8 @@ mod weber_penn;
 pub use species::{BarkPattern, BarkStyle, Blade, Crown, LeafStyle, Level, MAX_GROWN_LEAVES, Shape, Species};
 
 use crate::{
-    Error, Plant, Result,
+    Plant, Result,
+    error::check_range,
     material::{AlphaMode, Material, Wrap},
 };
 
@@ -46,13 +47,7 @@ pub struct GrowOptions {
 /// [`TooLarge`](Error::TooLarge) for a species with too many stems.
 pub fn grow(species: &Species, options: &GrowOptions) -> Result<Plant> {
     let count = options.leaves.unwrap_or(species.leaves);
-    if !(1..=MAX_GROWN_LEAVES).contains(&count) {
-        return Err(Error::InvalidOption {
-            option: "--leaves",
-            value: count.to_string(),
-            allowed: format!("1 to {MAX_GROWN_LEAVES}"),
-        });
-    }
+    check_range("leaves", count, 1..=MAX_GROWN_LEAVES)?;
     species.validate()?;
     let seed = options.seed.unwrap_or(species.seed);
     let stems = weber_penn::grow_stems(species, seed)?;

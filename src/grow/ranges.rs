@@ -1,15 +1,19 @@
 //! The allowed range of every number of a species.
 
 use super::species::{BarkStyle, Crown, LeafStyle, Level, MAX_GROWN_LEAVES, Species};
+use crate::{Result, error::check_range};
 
 /// Key, value, least and greatest allowed value.
 type Ranged = (&'static str, f32, f32, f32);
 
-/// `Err((what is wrong, how to put it right))` for the first number out of its range.
-pub(super) fn check_ranges(species: &Species) -> Result<(), (String, String)> {
-    check("leaves", species.leaves as f32, 1.0, MAX_GROWN_LEAVES as f32)?;
-    check("levels", species.levels.len() as f32, 2.0, 4.0)?;
-    check("leaf.levels", species.leaf.levels as f32, 1.0, species.levels.len() as f32)?;
+/// Checks every number of a species.
+///
+/// # Errors
+/// [`Error::InvalidOption`](crate::Error::InvalidOption) for the first one out of its range.
+pub(super) fn check_ranges(species: &Species) -> Result<()> {
+    check_range("leaves", species.leaves, 1..=MAX_GROWN_LEAVES)?;
+    check_range("levels", species.levels.len(), 2..=4)?;
+    check_range("leaf.levels", species.leaf.levels as usize, 1..=species.levels.len())?;
     check_table("crown.", &crown(&species.crown))?;
     for (i, fields) in species.levels.iter().map(level).enumerate() {
         check_table(&format!("levels[{i}]."), &fields)?;
@@ -18,15 +22,8 @@ pub(super) fn check_ranges(species: &Species) -> Result<(), (String, String)> {
     check_table("bark.", &bark(&species.bark))
 }
 
-fn check_table(prefix: &str, fields: &[Ranged]) -> Result<(), (String, String)> {
-    fields.iter().try_for_each(|(key, value, least, most)| check(&format!("{prefix}{key}"), *value, *least, *most))
-}
-
-fn check(key: &str, value: f32, least: f32, most: f32) -> Result<(), (String, String)> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err((format!("{key} is {value}"), format!("give {least} to {most}")))
+fn check_table(prefix: &str, fields: &[Ranged]) -> Result<()> {
+    fields.iter().try_for_each(|&(key, value, least, most)| check_range(format!("{prefix}{key}"), value, least..=most))
 }
 
 fn crown(crown: &Crown) -> [Ranged; 10] {

@@ -217,10 +217,9 @@ impl Species {
     /// [`InvalidOption`](Error::InvalidOption) for a name that is not in [`Species::EMBEDDED`].
     pub fn embedded(name: &str) -> Result<Self> {
         let source = SOURCES.iter().find(|(known, _)| *known == name);
-        let (name, text) = source.ok_or_else(|| Error::InvalidOption {
-            option: "SPECIES",
-            value: format!("{name:?}"),
-            allowed: format!("{}, or a species .toml file", Self::EMBEDDED.join(", ")),
+        let (name, text) = source.ok_or_else(|| {
+            let allowed = format!("{}, or a species .toml file", Self::EMBEDDED.join(", "));
+            Error::invalid("species", format!("{name:?}"), allowed)
         })?;
         Self::from_toml(text, Path::new(&format!("{name}.toml")))
     }
@@ -249,7 +248,7 @@ impl Species {
             let reason = format!("line {line}: {}", error.message().replace(char::is_control, " "));
             Error::unreadable(origin, reason, "see data/species/english-oak.toml for every key")
         })?;
-        check_ranges(&species).map_err(|(reason, fix)| Error::unreadable(origin, reason, fix))?;
+        check_ranges(&species).map_err(|error| broken_by(error, origin))?;
         Ok(species)
     }
 
@@ -258,6 +257,12 @@ impl Species {
     /// # Errors
     /// [`Unreadable`](Error::Unreadable), with the species' name as the path, for the first number out of its range.
     pub fn validate(&self) -> Result<()> {
-        check_ranges(self).map_err(|(reason, fix)| Error::unreadable(&self.name, reason, fix))
+        check_ranges(self).map_err(|error| broken_by(error, Path::new(&self.name)))
     }
+}
+
+/// A number out of its range as an error of the species at `origin`.
+fn broken_by(error: Error, origin: &Path) -> Error {
+    let Error::InvalidOption { field, value, allowed } = error else { return error };
+    Error::unreadable(origin, format!("{field} is {value}"), format!("it must be {allowed}"))
 }

@@ -43,7 +43,7 @@ impl Budget {
                 what: format!("the memory for {} triangles, instances counted, in MB,", corners / 3),
                 value,
                 limit,
-                fix: "split the file, simplify it first or allow more memory (--max-memory)",
+                fix: "split the file, simplify it first or raise `max_memory_mb`",
             }),
             _ => Ok(()),
         }

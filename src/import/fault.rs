@@ -36,11 +36,11 @@ impl Fault {
             Self::TooLarge { what, value, limit, fix } => {
                 Error::TooLarge { what: format!("{}: {what}", path.display()), value, limit, fix: fix.to_owned() }
             }
-            Self::UnknownName { name, known } => Error::InvalidOption {
-                option: "--leaves",
-                value: format!("{name:?}"),
-                allowed: format!("a material, node or mesh of {}: {}", path.display(), known.join(", ").escape_debug()),
-            },
+            Self::UnknownName { name, known } => {
+                let known = known.join(", ");
+                let allowed = format!("a material, node or mesh of {}: {}", path.display(), known.escape_debug());
+                Error::invalid("leaves", format!("{name:?}"), allowed)
+            }
             Self::Io { path, source } => Error::Io { path, source },
         }
     }

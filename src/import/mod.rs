@@ -184,6 +184,6 @@ fn require_leaves(imported: Imported, path: &Path) -> Result<Imported> {
         ),
         None => "the file has no triangles".to_owned(),
     };
-    let fix = "model leaves as separate small pieces or name the foliage with --leaves <material or node>".to_owned();
+    let fix = "model leaves as separate small pieces or name the foliage's material or node in `leaves`".to_owned();
     Err(Error::NoLeaves { name: path.display().to_string(), reason, fix })
 }

@@ -11,7 +11,7 @@ use std::{
 };
 
 /// What to do without a GPU.
-const USE_CPU: &str = "use --raster cpu";
+const USE_CPU: &str = "use the CPU: `CpuFragments`";
 
 /// Longest wait for one picture or one job of a capture. Software adapters take a few seconds for the largest.
 pub(super) const LONGEST_WAIT: Duration = Duration::from_secs(300);

@@ -72,11 +72,10 @@ impl Image {
         });
         match written {
             Some(Ok(())) => Ok(png),
-            _ => Err(Error::InvalidOption {
-                option: "picture size",
-                value: format!("{} x {} with {} bytes", self.width, self.height, self.rgba.len()),
-                allowed: "at least 1 x 1 with four bytes a pixel".into(),
-            }),
+            _ => {
+                let value = format!("{} x {} with {} bytes", self.width, self.height, self.rgba.len());
+                Err(Error::invalid("picture size", value, "at least 1 x 1 with four bytes a pixel"))
+            }
         }
     }
 }

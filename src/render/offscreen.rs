@@ -38,11 +38,11 @@ impl Offscreen {
         gpu.require(wgpu::DownlevelFlags::VERTEX_STORAGE)?;
         let largest = gpu.device().limits().max_texture_dimension_2d;
         if size.iter().any(|side| !(1..=largest).contains(side)) {
-            return Err(Error::InvalidOption {
-                option: "--size",
-                value: format!("{}x{}", size[0], size[1]),
-                allowed: format!("1 to {largest} pixels on a side"),
-            });
+            return Err(Error::invalid(
+                "size",
+                format!("{}x{}", size[0], size[1]),
+                format!("1 to {largest} pixels on a side"),
+            ));
         }
         use wgpu::TextureUsages as Usage;
         let texture = |format, samples, usage| texture(gpu.device(), size, format, samples, usage);

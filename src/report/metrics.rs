@@ -55,11 +55,9 @@ impl Comparison {
     /// [`Error::InvalidOption`] for pictures of different size.
     pub fn of(full: &Image, reduced: &Image) -> Result<Self> {
         if (full.width, full.height) != (reduced.width, reduced.height) || full.rgba.len() != reduced.rgba.len() {
-            return Err(Error::InvalidOption {
-                option: "picture size",
-                value: format!("{} x {}", reduced.width, reduced.height),
-                allowed: format!("{} x {}, as the picture it is compared with", full.width, full.height),
-            });
+            let value = format!("{} x {}", reduced.width, reduced.height);
+            let allowed = format!("{} x {}, as the picture it is compared with", full.width, full.height);
+            return Err(Error::invalid("picture size", value, allowed));
         }
         let mut sums = Self { pairs: 1.0, ..Self::default() };
         for (full, reduced) in full.rgba.chunks_exact(4).zip(reduced.rgba.chunks_exact(4)) {

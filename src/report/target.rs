@@ -47,10 +47,9 @@ impl FromStr for Target {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        let refused = || Error::InvalidOption {
-            option: "--target",
-            value: text.into(),
-            allowed: "ssim, rmse or xor, = and a bound, @ and 8 to 2048 pixels, such as ssim=0.9@200".into(),
+        let refused = || {
+            let allowed = "ssim, rmse or xor, = and a bound, @ and 8 to 2048 pixels, such as ssim=0.9@200";
+            Error::invalid("target", text, allowed)
         };
         let (measure, rest) = text.split_once('=').ok_or_else(refused)?;
         let (bound, pixels) = rest.split_once('@').ok_or_else(refused)?;
@@ -84,11 +83,7 @@ impl Target {
     /// Those of the drawing, and [`Error::InvalidOption`] for sizes that do not rise or are beyond 8 to 2048.
     pub fn sizes(&self, plant: &Plant, model: &FoliageModel, diameters_px: &[u32]) -> Result<Sizes> {
         let leaves = model.leaves.len() as f32;
-        let refused = || Error::InvalidOption {
-            option: "sizes",
-            value: format!("{diameters_px:?}"),
-            allowed: "rising, from 8 to 2048 pixels".into(),
-        };
+        let refused = || Error::invalid("sizes", format!("{diameters_px:?}"), "rising, from 8 to 2048 pixels");
         if !diameters_px.iter().all(|pixels| SIDES.contains(pixels)) {
             return Err(refused());
         }

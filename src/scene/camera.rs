@@ -1,6 +1,7 @@
 //! Who looks at a scene: from a place, around a place, or along a path.
 
-use super::check::{Wrong, in_range, wrong_if};
+use super::check::wrong_if;
+use crate::{Result, error::check_range};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -89,24 +90,24 @@ impl CameraEntry {
         Some(View { eye: between(from.eye, to.eye), target: between(from.target, to.target), fov_y })
     }
 
-    pub(super) fn check(&self) -> Result<(), Wrong> {
-        in_range("camera.fov", self.fov, 1.0, 170.0)?;
+    pub(super) fn check(&self) -> Result<()> {
+        check_range("camera.fov", self.fov, 1.0..=170.0)?;
         let ways = [self.eye.is_some(), self.orbit.is_some(), !self.path.is_empty()];
         let ways = ways.into_iter().filter(|&is_given| is_given).count();
         wrong_if(ways != 1, "camera", &format!("given {ways} ways"), "one of eye, orbit and path")?;
         if let Some(orbit) = &self.orbit {
-            in_range("camera.orbit.distance", orbit.distance, 1e-6, 1e9)?;
-            in_range("camera.orbit.height", orbit.height, -1e9, 1e9)?;
-            in_range("camera.orbit.seconds", orbit.seconds, 1e-3, 1e9)?;
+            check_range("camera.orbit.distance", orbit.distance, 1e-6..=1e9)?;
+            check_range("camera.orbit.height", orbit.height, -1e9..=1e9)?;
+            check_range("camera.orbit.seconds", orbit.seconds, 1e-3..=1e9)?;
         }
         for (i, station) in self.path.iter().enumerate() {
             let key = format!("camera.path.{i}.seconds");
-            in_range(&key, station.seconds, -1e9, 1e9)?;
+            check_range(key.clone(), station.seconds, -1e9..=1e9)?;
             let is_late = i > 0 && self.path[i - 1].seconds >= station.seconds;
             wrong_if(is_late, &key, &station.seconds.to_string(), "later than the station before")?;
         }
         let stations = self.path.iter().flat_map(|station| [station.eye, station.target]);
         let places = stations.chain(self.eye).chain(self.target);
-        places.flatten().try_for_each(|at| in_range("camera", at, -1e9, 1e9))
+        places.flatten().try_for_each(|at| check_range("camera", at, -1e9..=1e9))
     }
 }

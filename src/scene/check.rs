@@ -1,25 +1,14 @@
-//! Rules of scene files: what a broken one is told, and where in the file it stands.
+//! Checks of scene files, and the line of the offending key.
 
+use crate::{Error, Result};
 use toml::de::{DeTable, DeValue};
 
-/// A value that breaks a rule.
-pub(super) struct Wrong {
-    pub(super) key: String,
-    pub(super) value: String,
-    pub(super) allowed: String,
+/// An [`Error::InvalidOption`] for the dotted `key` where `is_wrong`.
+pub(super) fn wrong_if(is_wrong: bool, key: &str, value: &str, allowed: &str) -> Result<()> {
+    if is_wrong { Err(Error::invalid(key.to_owned(), value, allowed)) } else { Ok(()) }
 }
 
-pub(super) fn wrong_if(is_wrong: bool, key: &str, value: &str, allowed: &str) -> Result<(), Wrong> {
-    let wrong = || Wrong { key: key.into(), value: value.into(), allowed: allowed.into() };
-    if is_wrong { Err(wrong()) } else { Ok(()) }
-}
-
-pub(super) fn in_range(key: &str, value: f64, least: f64, most: f64) -> Result<(), Wrong> {
-    let is_within = (least..=most).contains(&value);
-    wrong_if(!is_within, key, &value.to_string(), &format!("from {least} to {most}"))
-}
-
-/// Where the value of a dotted key starts, or the deepest table on the way to it.
+/// Byte offset of the value of a dotted key, or of the deepest table that leads to it.
 pub(super) fn offset_of(text: &str, key: &str) -> Option<usize> {
     let document = DeValue::Table(DeTable::parse(text).ok()?.into_inner());
     let (mut value, mut offset) = (&document, None);

@@ -6,11 +6,11 @@
 
 use super::{
     camera::{CameraEntry, View},
-    check::{Wrong, in_range, offset_of, wrong_if},
+    check::{offset_of, wrong_if},
     lod::Lod,
     scatter::{Scatter, Spot},
 };
-use crate::{Error, Result, effects::Effects, model::FoliageModel};
+use crate::{Error, Result, effects::Effects, error::check_range, model::FoliageModel};
 use glam::{DAffine3, DQuat, DVec3};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -159,11 +159,12 @@ impl SceneFile {
             let line = error.span().map_or(1, |span| at(span.start));
             Error::unreadable(origin, format!("line {line}: {}", error.message().replace(char::is_control, " ")), SEE)
         })?;
-        scene.check().map_err(|Wrong { key, value, allowed }| {
-            let place = offset_of(text, &key).map_or(String::new(), |offset| format!("line {}: ", at(offset)));
+        scene.check().map_err(|error| {
+            let Error::InvalidOption { field, value, allowed } = error else { return error };
+            let place = offset_of(text, &field).map_or(String::new(), |offset| format!("line {}: ", at(offset)));
             // Names come from the file.
             let [value, allowed] = [value, allowed].map(|text| text.replace(char::is_control, " "));
-            Error::unreadable(origin, format!("{place}{key} is {value}"), format!("it must be {allowed}; {SEE}"))
+            Error::unreadable(origin, format!("{place}{field} is {value}"), format!("it must be {allowed}; {SEE}"))
         })?;
         Ok(scene)
     }
@@ -196,7 +197,7 @@ impl SceneFile {
         self.camera.as_ref()?.view(seconds)
     }
 
-    fn check(&self) -> std::result::Result<(), Wrong> {
+    fn check(&self) -> Result<()> {
         wrong_if(self.models.is_empty(), "models", "empty", "at least one [[models]]")?;
         for (i, model) in self.models.iter().enumerate() {
             let key = |name: &str| format!("models.{i}.{name}");
@@ -209,41 +210,38 @@ impl SceneFile {
                 &format!("{}, with {sources} sources", model.name),
                 "given one of file and species",
             )?;
-            in_range(&key("height"), model.height.unwrap_or(1.0), 1e-6, 1e6)?;
+            check_range(key("height"), model.height.unwrap_or(1.0), 1e-6..=1e6)?;
         }
         let names: Vec<&str> = self.models.iter().map(|model| &model.name[..]).collect();
         let known = |key: &str, name: &str| wrong_if(!names.contains(&name), key, name, &format!("one of {names:?}"));
         for (i, plant) in self.plants.iter().enumerate() {
             known(&format!("plants.{i}.model"), &plant.model)?;
-            in_range(&format!("plants.{i}.scale"), plant.scale, 1e-6, 1e6)?;
-            in_range(&format!("plants.{i}.turn"), plant.turn, -1e6, 1e6)?;
-            plant.at.iter().try_for_each(|&at| in_range(&format!("plants.{i}.at"), at, -1e9, 1e9))?;
+            check_range(format!("plants.{i}.scale"), plant.scale, 1e-6..=1e6)?;
+            check_range(format!("plants.{i}.turn"), plant.turn, -1e6..=1e6)?;
+            plant.at.iter().try_for_each(|&at| check_range(format!("plants.{i}.at"), at, -1e9..=1e9))?;
         }
         let mut plants = self.plants.len() as u64;
         for (i, scatter) in self.scatter.iter().enumerate() {
             let key = |name: &str| format!("scatter.{i}.{name}");
             wrong_if(scatter.models.is_empty(), &key("models"), "empty", &format!("some of {names:?}"))?;
             scatter.models.iter().try_for_each(|name| known(&key("models"), name))?;
-            scatter.area.iter().try_for_each(|&side| in_range(&key("area"), side, 0.0, 1e9))?;
-            scatter.at.iter().try_for_each(|&at| in_range(&key("at"), at, -1e9, 1e9))?;
-            in_range(&key("spacing"), scatter.spacing, 0.0, 1e9)?;
-            scatter.scale.iter().try_for_each(|&scale| in_range(&key("scale"), scale, 1e-6, 1e6))?;
+            scatter.area.iter().try_for_each(|&side| check_range(key("area"), side, 0.0..=1e9))?;
+            scatter.at.iter().try_for_each(|&at| check_range(key("at"), at, -1e9..=1e9))?;
+            check_range(key("spacing"), scatter.spacing, 0.0..=1e9)?;
+            scatter.scale.iter().try_for_each(|&scale| check_range(key("scale"), scale, 1e-6..=1e6))?;
             plants += u64::from(scatter.count);
         }
         let limit = format!("at least 1 and at most {MAX_PLANTS}");
         wrong_if(!(1..=u64::from(MAX_PLANTS)).contains(&plants), "plants", &plants.to_string(), &limit)?;
         self.camera.as_ref().map_or(Ok(()), CameraEntry::check)?;
-        in_range("sun.azimuth", self.sun.azimuth, -360.0, 360.0)?;
-        in_range("sun.elevation", self.sun.elevation, -5.0, 90.0)?;
+        check_range("sun.azimuth", self.sun.azimuth, -360.0..=360.0)?;
+        check_range("sun.elevation", self.sun.elevation, -5.0..=90.0)?;
         self.lod.check()?;
         let ground = self.ground.unwrap_or_default();
-        ground.color.iter().try_for_each(|&channel| in_range("ground.color", f64::from(channel), 0.0, 1.0))?;
-        in_range("ground.height", ground.height, -1e9, 1e9)?;
-        in_range("ground.haze", ground.haze.unwrap_or(1.0), 1e-6, 1e12)?;
-        self.effects.check().map_err(|error| match error {
-            Error::InvalidOption { option, value, allowed } => Wrong { key: option.into(), value, allowed },
-            other => Wrong { key: "effects".into(), value: other.to_string(), allowed: "in range".into() },
-        })
+        ground.color.iter().try_for_each(|&channel| check_range("ground.color", channel, 0.0..=1.0))?;
+        check_range("ground.height", ground.height, -1e9..=1e9)?;
+        check_range("ground.haze", ground.haze.unwrap_or(1.0), 1e-6..=1e12)?;
+        self.effects.check()
     }
 }
 

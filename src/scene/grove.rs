@@ -187,11 +187,9 @@ fn plant(kinds: &[Kind], placement: &Placement) -> Option<Plant> {
 }
 
 fn invalid(instance: usize, placement: &Placement, kinds: usize) -> Error {
-    Error::InvalidOption {
-        option: "placement",
-        value: format!("number {instance}, of kind {}, at {}", placement.kind, placement.world_from_plant.translation),
-        allowed: format!("finite and of one of the {kinds} kinds"),
-    }
+    let Placement { kind, world_from_plant, .. } = placement;
+    let value = format!("number {instance}, of kind {kind}, at {}", world_from_plant.translation);
+    Error::invalid("placement", value, format!("finite and of one of the {kinds} kinds"))
 }
 
 /// The box around a plant's reach, in `f32` rounded outwards.

@@ -1,7 +1,9 @@
 //! How many leaves a scene's plants are drawn with: a policy by its name, with its numbers.
 
-use super::check::{Wrong, in_range, wrong_if};
+use super::check::wrong_if;
 use crate::{
+    Result,
+    error::check_range,
     extract::{
         LodPolicy,
         lod::{Blend, CookLambda, PixelError, Sizes},
@@ -78,7 +80,7 @@ impl Lod {
         Sizes::new(&self.shares.iter().map(|&[px, share]| (px, share)).collect::<Vec<_>>())
     }
 
-    pub(super) fn check(&self) -> Result<(), Wrong> {
+    pub(super) fn check(&self) -> Result<()> {
         let numbers = [
             ("lod.near", self.near, Policy::Blend, [0.0, 1e9]),
             ("lod.far", self.far, Policy::Blend, [0.0, 1e9]),
@@ -91,12 +93,12 @@ impl Lod {
             let policy_name = format!("{:?}", self.policy).to_lowercase();
             let allowed = format!("left out: the policy {policy_name} does not take it");
             wrong_if(policy != self.policy, key, &number.to_string(), &allowed)?;
-            in_range(key, f64::from(number), least, most)?;
+            check_range(key, number, least..=most)?;
         }
         let allowed = "pairs of a rising diameter in pixels and a share above 0, at most 1, with the policy sizes";
         let fits = if self.policy == Policy::Sizes { self.sizes().is_some() } else { self.shares.is_empty() };
         wrong_if(!fits, "lod.shares", &format!("{:?}", self.shares), allowed)?;
-        in_range("lod.dead_band", f64::from(self.dead_band.unwrap_or(0.0)), 0.0, 1.0)
+        check_range("lod.dead_band", self.dead_band.unwrap_or(0.0), 0.0..=1.0)
     }
 }
 

@@ -65,14 +65,10 @@ impl Scatter {
                 taken.is_free(at).then_some(at)
             });
             let Some(at) = place else {
-                return Err(Error::InvalidOption {
-                    option: "scatter",
-                    value: format!(
-                        "{} plants {} apart in {} x {}",
-                        self.count, self.spacing, self.area[0], self.area[1]
-                    ),
-                    allowed: format!("fewer, closer or on more ground: {number} fit"),
-                });
+                let [x, z] = self.area;
+                let value = format!("{} plants {} apart in {x} x {z}", self.count, self.spacing);
+                let allowed = format!("fewer, closer or on more ground: {number} fit");
+                return Err(Error::invalid("scatter", value, allowed));
             };
             taken.take(at);
             let [least, greatest] = self.scale;

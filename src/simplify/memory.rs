@@ -46,7 +46,7 @@ pub fn check(plant: &Plant, options: &SimplifyOptions) -> Result<()> {
             what: format!("the memory for {} views of {1} x {1}, in MB,", options.views, options.resolution),
             value,
             limit,
-            fix: "lower --resolution or --views, or raise --max-memory".into(),
+            fix: "lower `resolution` or `views`, or raise `max_memory_mb`".into(),
         }),
         _ => Ok(()),
     }

@@ -1,7 +1,7 @@
 //! Options of the simplification, with presets.
 
-use super::views::{MAX_RESOLUTION, VIEW_COUNTS};
-use crate::{Error, Result};
+use super::views::{MAX_RESOLUTION, check_view_count};
+use crate::{Result, error::check_range};
 
 /// Greatest linear growth that may be asked for; with the greatest resolution it keeps edge functions within `i64`.
 pub const MAX_SCALE_LIMIT: f32 = 64.0;
@@ -131,17 +131,9 @@ impl SimplifyOptions {
     /// # Errors
     /// [`Error::InvalidOption`] for the first field outside its range.
     pub fn validate(&self) -> Result<()> {
-        let in_range = |option, value: String, allowed: String, holds: bool| match holds {
-            true => Ok(()),
-            false => Err(Error::InvalidOption { option, value, allowed }),
-        };
-        let resolution = self.resolution;
-        let holds = (1..=MAX_RESOLUTION).contains(&resolution);
-        in_range("--resolution", resolution.to_string(), format!("1 to {MAX_RESOLUTION}"), holds)?;
-        let allowed = "4, 6, 8, 12 or 20 (the vertices of a regular solid)".into();
-        in_range("--views", self.views.to_string(), allowed, VIEW_COUNTS.contains(&self.views))?;
-        let holds = (1.0..=MAX_SCALE_LIMIT).contains(&self.max_scale);
-        in_range("--max-scale", self.max_scale.to_string(), format!("1 to {MAX_SCALE_LIMIT}"), holds)
+        check_range("resolution", self.resolution, 1..=MAX_RESOLUTION)?;
+        check_view_count(self.views)?;
+        check_range("max_scale", self.max_scale, 1.0..=MAX_SCALE_LIMIT)
     }
 }
 

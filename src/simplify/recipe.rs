@@ -113,7 +113,7 @@ fn checked(plant: &Plant, options: &SimplifyOptions) -> Result<Plant> {
         return Err(Error::NoLeaves {
             name: plant.name.clone(),
             reason: "the plant is all wood".into(),
-            fix: "name the foliage's material or node with --leaves".into(),
+            fix: "name the foliage's material or node with `leaves`".into(),
         });
     }
     let mut plant = plant.clone();
@@ -129,10 +129,8 @@ fn in_pool(
 ) -> Result<(Vec<Prune>, u64, Seconds)> {
     memory::check(plant, options)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
-    let pool = pool.map_err(|error| Error::InvalidOption {
-        option: "--threads",
-        value: options.threads.to_string(),
-        allowed: format!("a number of threads that the system grants ({error})"),
+    let pool = pool.map_err(|error| {
+        Error::invalid("threads", options.threads, format!("a number of threads that the system grants ({error})"))
     })?;
     pool.install(|| run(plant, options, source, observer))
 }

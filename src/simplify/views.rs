@@ -7,7 +7,7 @@
 //! Spaces: *unit* space is the plant's, moved and scaled so that its bounding sphere is the unit sphere. *Screen* positions
 //! count 1/256 pixel from the centre of the top left pixel, x right, y down.
 
-use crate::{Error, Result, bounds::Sphere};
+use crate::{Error, Result, bounds::Sphere, error::check_range};
 use glam::DVec3;
 
 /// Distance of every camera from the middle, in sphere radii. At 3 the sphere's near side appears 2 times larger than the
@@ -70,13 +70,7 @@ impl ViewSet {
     /// # Errors
     /// [`Error::InvalidOption`] when `count` is not one of [`VIEW_COUNTS`] or `resolution` is not 1 to [`MAX_RESOLUTION`].
     pub fn new(sphere: Sphere, resolution: u32, count: u32) -> Result<Self> {
-        if !(1..=MAX_RESOLUTION).contains(&resolution) {
-            return Err(Error::InvalidOption {
-                option: "--resolution",
-                value: resolution.to_string(),
-                allowed: format!("1 to {MAX_RESOLUTION}"),
-            });
-        }
+        check_range("resolution", resolution, 1..=MAX_RESOLUTION)?;
         let inv_radius = if sphere.radius > 0.0 { 1.0 / sphere.radius } else { 1.0 };
         let views = solid(count)?.into_iter().map(View::looking_from).collect();
         Ok(Self { center: sphere.center(), inv_radius, resolution, views })
@@ -147,8 +141,17 @@ impl View {
     }
 }
 
+/// Checks that `count` is one of [`VIEW_COUNTS`].
+pub(super) fn check_view_count(count: u32) -> Result<()> {
+    if VIEW_COUNTS.contains(&count) {
+        return Ok(());
+    }
+    Err(Error::invalid("views", count, "4, 6, 8, 12 or 20 (the vertices of a regular solid)"))
+}
+
 /// Vertices of the regular solid with `count` vertices, of any length, in a fixed order.
 fn solid(count: u32) -> Result<Vec<DVec3>> {
+    check_view_count(count)?;
     let v = DVec3::new;
     let signs = [1.0, -1.0];
     let cube = || signs.into_iter().flat_map(move |x| signs.map(|y| signs.map(|z| v(x, y, z)))).flatten();
@@ -164,13 +167,7 @@ fn solid(count: u32) -> Result<Vec<DVec3>> {
         8 => cube().collect(),
         12 => rectangles(1.0, PHI).collect(),
         20 => cube().chain(rectangles(INV_PHI, PHI)).collect(),
-        _ => {
-            return Err(Error::InvalidOption {
-                option: "--views",
-                value: count.to_string(),
-                allowed: "4, 6, 8, 12 or 20 (the vertices of a regular solid)".into(),
-            });
-        }
+        _ => Vec::new(),
     })
 }
 

@@ -38,7 +38,7 @@ impl Failure {
                 ExitCode::from(USAGE)
             }
             Self::Library(error) => {
-                output::complaint(format_args!("error: {error}"));
+                output::complaint(format_args!("error: {}", spelled(&error)));
                 ExitCode::from(match error {
                     Error::InvalidOption { .. } => USAGE,
                     Error::Interrupted => INTERRUPTED,
@@ -48,6 +48,36 @@ impl Failure {
             Self::ReaderGone => ExitCode::SUCCESS,
         }
     }
+}
+
+/// Options of the library whose flag is spelled in another way than their field.
+const FLAGS: [(&str, &str); 3] =
+    [("max_memory_mb", "--max-memory"), ("species", "SPECIES"), ("CpuFragments", "--raster cpu")];
+/// Options of the library whose flag is their field with dashes.
+const FIELDS: [&str; 9] = ["resolution", "views", "max_scale", "threads", "leaves", "target", "size", "sizes", "group"];
+
+/// The flag of the library's field `name`; `None` where the command has none.
+fn flag(name: &str) -> Option<String> {
+    let other = FLAGS.iter().find(|(field, _)| *field == name).map(|(_, flag)| (*flag).to_owned());
+    other.or_else(|| FIELDS.contains(&name).then(|| format!("--{}", name.replace('_', "-"))))
+}
+
+/// The library's message with fields as flags: the field of an invalid option, and all that stand between backticks.
+pub fn spelled(error: &Error) -> String {
+    let text = error.to_string();
+    let mut spelled = String::new();
+    let mut rest = &text[..];
+    if let Error::InvalidOption { field, .. } = error {
+        spelled = flag(field).unwrap_or_else(|| field.to_string());
+        rest = &text[field.len()..];
+    }
+    for (i, part) in rest.split('`').enumerate() {
+        spelled += &match i % 2 {
+            0 => part.to_owned(),
+            _ => flag(part).unwrap_or_else(|| format!("`{part}`")),
+        };
+    }
+    spelled
 }
 
 /// Panics that the library turns into errors are told as those alone, unless backtraces are asked for.

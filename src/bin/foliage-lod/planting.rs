@@ -46,7 +46,7 @@ impl Planting {
     /// [`Error::InvalidOption`] for a distance within the plant, or plants too many or too near to fit into one picture.
     pub fn row(sphere: &Sphere, distances: &[f32], aspect: f64) -> Result<Self> {
         if let Some(distance) = distances.iter().find(|&&distance| !(distance > 1.0 && distance.is_finite())) {
-            return Err(refused("--row", distance, "distances in radii above 1, such as 3,10,30"));
+            return Err(Error::invalid("--row", distance, "distances in radii above 1, such as 3,10,30"));
         }
         check_count("--row", distances.len() as u32, MOST[0])?;
         let half_angles: Vec<f64> = distances.iter().map(|&distance| (1.0 / f64::from(distance)).asin()).collect();
@@ -54,7 +54,7 @@ impl Planting {
         if span > WIDEST_ROW_DEG.to_radians() {
             let value = format!("{:.0} degrees wide", span.to_degrees());
             let allowed = format!("at most {WIDEST_ROW_DEG} degrees; give fewer or larger distances");
-            return Err(Error::InvalidOption { option: "--row", value, allowed });
+            return Err(Error::invalid("--row", value, allowed));
         }
         let mut left = -0.5 * span;
         let mut plants = Vec::new();
@@ -138,9 +138,5 @@ fn radius(sphere: &Sphere) -> f64 {
 }
 
 fn check_count(option: &'static str, count: u32, most: u32) -> Result<()> {
-    if (1..=most).contains(&count) { Ok(()) } else { Err(refused(option, count, &format!("from 1 to {most}"))) }
-}
-
-fn refused(option: &'static str, value: impl ToString, allowed: &str) -> Error {
-    Error::InvalidOption { option, value: value.to_string(), allowed: allowed.into() }
+    if (1..=most).contains(&count) { Ok(()) } else { Err(Error::invalid(option, count, format!("from 1 to {most}"))) }
 }

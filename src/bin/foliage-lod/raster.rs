@@ -47,7 +47,7 @@ pub fn simplified(raster: Raster, plant: &Plant, options: &SimplifyOptions) -> R
 /// Says why the CPU does what a GPU was meant to. What is no failure of the GPU the CPU tells itself, if it is one there too.
 pub fn tell_fallback(error: &Error) {
     if let Error::Gpu { .. } = error {
-        output::complaint(format_args!("warning: the CPU takes over: {error}"));
+        output::complaint(format_args!("warning: the CPU takes over: {}", crate::failure::spelled(error)));
     }
 }
 

@@ -106,9 +106,7 @@ fn finish(
 }
 
 fn check_numbers(args: &args::Render) -> Result<()> {
-    let refused = |option, value: f64, allowed: &str| {
-        Err(Error::InvalidOption { option, value: value.to_string(), allowed: allowed.into() })
-    };
+    let refused = |option, value: f64, allowed: &str| Err(Error::invalid(option, value, allowed));
     match (args.distance, args.lod) {
         (Some(distance), _) if !(distance > 0.0 && distance.is_finite()) => {
             refused("--distance", distance.into(), "a number of radii above 0")

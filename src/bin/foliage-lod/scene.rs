@@ -203,10 +203,8 @@ fn load(source: &ModelSource, folder: &Path) -> Result<FoliageModel> {
 pub fn refuse(given: &[(&'static str, bool)]) -> Result<()> {
     match given.iter().find(|(_, is_given)| *is_given) {
         None => Ok(()),
-        Some(&(option, _)) => Err(Error::InvalidOption {
-            option,
-            value: "given with a scene".into(),
-            allowed: "left out: a scene file says it itself".into(),
-        }),
+        Some(&(option, _)) => {
+            Err(Error::invalid(option, "given with a scene", "left out: a scene file says it itself"))
+        }
     }
 }

@@ -63,7 +63,7 @@ impl Job {
                 what: format!("pixels covered by triangle {start}"),
                 value: found as u64,
                 limit: MAX_FRAGMENTS_PER_JOB as u64,
-                fix: "use a lower --resolution or --raster cpu".into(),
+                fix: "lower `resolution` or use `CpuFragments`".into(),
             });
         }
         let middle = start + (end - start) / 2;

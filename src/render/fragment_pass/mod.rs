@@ -131,7 +131,7 @@ impl GpuFragments {
         ];
         for (what, value, limit) in limits {
             if value > limit {
-                let fix = "use a lower --resolution or --raster cpu".into();
+                let fix = "lower `resolution` or use `CpuFragments`".into();
                 return Err(Error::TooLarge { what: what.into(), value, limit, fix });
             }
         }
@@ -169,7 +169,7 @@ impl FragmentSource for GpuFragments {
         let limits = self.gpu.device().limits();
         let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         if bytes > limit {
-            let fix = "use smaller textures or --raster cpu".into();
+            let fix = "use smaller textures or `CpuFragments`".into();
             return Err(Error::TooLarge { what: "bytes of alpha masks".into(), value: bytes, limit, fix });
         }
         guarded(|| {

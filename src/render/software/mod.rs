@@ -212,11 +212,7 @@ fn check_size(size: [u32; 2]) -> Result<()> {
     if size.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side)) {
         return Ok(());
     }
-    Err(Error::InvalidOption {
-        option: "--size",
-        value: format!("{}x{}", size[0], size[1]),
-        allowed: format!("1 to {MAX_IMAGE_SIDE} pixels on a side"),
-    })
+    Err(Error::invalid("size", format!("{}x{}", size[0], size[1]), format!("1 to {MAX_IMAGE_SIDE} pixels on a side")))
 }
 
 /// For each tile the triangles whose box touches it.
