@@ -1,17 +1,18 @@
-//! What a frame costs on the CPU: walking a tree to its active count, and choosing among a thousand trees.
+//! CPU cost of a frame: moving a tree to its active count, and selecting among a thousand trees.
 //!
-//! `cargo bench --bench extraction`. The dolly is the paper's situation: one oak of 20,146 leaves, the camera drawing back
-//! from where the tree fills the picture to where the level of detail ends, and returning, 2,000 frames in all. Costs per
-//! frame and per changed leaf are printed after each case, from the medians.
+//! `cargo bench --bench extraction`. The dolly follows the paper: one oak of 20,146 leaves, with
+//! the camera moving back from where the tree fills the picture to where the level of detail ends,
+//! and returning, in 2,000 frames. After each case the medians are printed as costs per frame and
+//! per changed leaf.
 
 use criterion::Criterion;
 use foliage_lod::{
+    Camera, Depth, FoliageModel, Grove, Swap, Timeline,
     bounds::Sphere,
-    extract::{LodPolicy, Sight, Swap, leaf_count, lod::Blend, lod::REFERENCE_FOV_Y},
+    extract::{Blend, LodPolicy, REFERENCE_FOV_Y, Sight, leaf_count},
     grow::{GrowOptions, Species, grow},
-    model::{FoliageModel, Timeline},
-    scene::{Grove, Kind, Placement, Viewer},
-    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    scene::{Kind, Placement},
+    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
 };
 use glam::{
     DAffine3, DMat4, DVec3,
@@ -27,7 +28,7 @@ const TREES: usize = 1000;
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    // As criterion decides it: `cargo bench` passes `--bench`, `cargo test --benches` does not.
+    // Same rule as criterion: `cargo bench` passes `--bench`, `cargo test --benches` does not.
     let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
     let as_test = has("--test") || !has("--bench");
     let model = oak(as_test.then_some(300));
@@ -47,7 +48,8 @@ fn main() {
     criterion.final_summary();
 }
 
-/// The embedded oak, pruned from small views: the order hardly matters here, chains and targets do.
+/// The embedded oak, simplified with low-resolution views: these benchmarks depend on the chains
+/// and targets of leaves, hardly on the exact pruning order.
 fn oak(leaves: Option<u32>) -> FoliageModel {
     let species = Species::embedded("english-oak").expect("an embedded species");
     let plant = grow(&species, &GrowOptions { leaves, ..GrowOptions::default() }).expect("embedded species grow");
@@ -55,7 +57,7 @@ fn oak(leaves: Option<u32>) -> FoliageModel {
     simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).expect("the plant is sound").model
 }
 
-/// Active counts from 3 radii to 60 and back.
+/// Active counts of a dolly from 3 to 60 radii and back.
 fn counts(leaves: u32) -> Vec<u32> {
     let policy = Blend::default();
     let distance = |frame: usize| {
@@ -80,11 +82,11 @@ fn dolly(criterion: &mut Criterion, model: &FoliageModel) {
     };
     let seconds = measure(criterion, "dolly", FRAMES, "frame", run);
     if let Some(seconds) = seconds {
-        println!("dolly: {:.2} ns a changed leaf, {changed} of them", seconds * 1e9 / f64::from(changed));
+        println!("dolly: {:.2} ns per changed leaf, {changed} changes", seconds * 1e9 / f64::from(changed));
     }
 }
 
-/// The same scales without state: every leaf of every tenth frame of the dolly.
+/// Looks up the same scales without state: every leaf in every tenth frame of the dolly.
 fn lookup(criterion: &mut Criterion, model: &FoliageModel) {
     let timeline = Timeline::new(model);
     let counts: Vec<u32> = counts(model.leaves.len() as u32).into_iter().step_by(10).collect();
@@ -98,7 +100,7 @@ fn lookup(criterion: &mut Criterion, model: &FoliageModel) {
     });
 }
 
-/// A thousand oaks on a lattice, seen by a camera that walks and turns among them.
+/// A thousand oaks on a grid, seen by a camera that circles and turns among them.
 fn grove(criterion: &mut Criterion, model: &FoliageModel) {
     let Sphere { radius, .. } = model.sphere();
     let side = (TREES as f64).sqrt().ceil() as usize;
@@ -108,32 +110,33 @@ fn grove(criterion: &mut Criterion, model: &FoliageModel) {
     let mut grove = Grove::new(vec![Kind::new(model)], &placements).expect("finite placements");
     let clip = proj::directx::perspective_infinite_reverse(f64::from(REFERENCE_FOV_Y), 16.0 / 9.0, 0.1);
     let middle = place(TREES / 2 + side / 2);
-    let viewers: Vec<Viewer> = (0..FRAMES)
+    let cameras: Vec<Camera> = (0..FRAMES)
         .map(|frame| {
             let turn = frame as f64 / FRAMES as f64 * std::f64::consts::TAU;
             let eye = middle + DVec3::new(turn.cos(), 0.05, turn.sin()) * radius * 30.0;
             let forward = DVec3::new((3.0 * turn).sin(), 0.0, (3.0 * turn).cos());
             let clip_from_world: DMat4 = clip * view::look_to_mat4(eye, forward, DVec3::Y);
-            Viewer { eye, clip_from_world, fov_y: REFERENCE_FOV_Y, height_px: 1080.0 }
+            Camera { eye, clip_from_world, height_px: 1080, depth: Depth::Reversed }
         })
         .collect();
     let (mut out, mut seen) = (Vec::new(), 0);
-    viewers.iter().for_each(|viewer| {
-        grove.select(viewer, &mut out);
+    cameras.iter().for_each(|camera| {
+        grove.select(camera, &mut out);
         seen += out.len();
     });
     println!("{TREES} trees: {:.0} in view on average", seen as f64 / FRAMES as f64);
     measure(criterion, "1,000 trees", FRAMES, "frame", move || {
         let started = Instant::now();
-        for viewer in &viewers {
-            grove.select(viewer, &mut out);
+        for camera in &cameras {
+            grove.select(camera, &mut out);
             black_box(&out);
         }
         started.elapsed()
     });
 }
 
-/// Benches `run`, which measures itself, and prints its median over `parts`. The median in seconds, if it ran.
+/// Benchmarks `run`, which times itself, and prints the median and the median divided by `parts`.
+/// Returns the median in seconds, or `None` if it did not run.
 fn measure(
     criterion: &mut Criterion,
     name: &str,
@@ -154,6 +157,6 @@ fn measure(
     group.finish();
     times.sort_unstable();
     let median = times.get(times.len() / 2)?.as_secs_f64();
-    println!("{name}: {:.3} ms, {:.1} ns a {part}", median * 1e3, median * 1e9 / parts as f64);
+    println!("{name}: {:.3} ms, {:.1} ns per {part}", median * 1e3, median * 1e9 / parts as f64);
     Some(median)
 }

@@ -1,32 +1,28 @@
-//! Capturing fragments: the GPU pass beside the CPU rasteriser, on the same cloud of leaves seen from 20 directions.
+//! Fragment capture: the GPU pass compared with the CPU rasteriser, on the same cloud of leaves
+//! seen from 20 directions.
 //!
-//! Prints fragments and the ratio of the two times before criterion's own figures; without an adapter only the CPU runs.
+//! Prints the number of fragments and the ratio of the two times before criterion's own figures.
+//! Without an adapter only the CPU runs.
 
 #![allow(missing_docs)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use foliage_lod::{
-    render::{
-        device::{GpuDevice, GpuOptions},
-        fragment_pass::GpuFragments,
-    },
-    simplify::{
-        fragments::{AlphaTest, Coverage, FragmentSource, ViewTriangles},
-        raster::CpuFragments,
-        views::VIEW_COUNTS,
-    },
+    gpu::{GpuDevice, GpuFragments, GpuOptions},
+    simplify::{AlphaTest, Coverage, CpuFragments, FragmentSource, VIEW_COUNTS, ViewTriangles},
 };
 use glam::{Quat, Vec3};
 use std::time::{Duration, Instant};
 
-/// Leaves of the cloud: about an oak's.
+/// Number of leaves in the cloud, about as many as the embedded oak has.
 const LEAVES: u32 = 20_000;
-/// Half a leaf's side, of the cloud's radius: gives about 5 million fragments in 20 views at 256 x 256.
+/// Half the side of a leaf, relative to the cloud's radius. Yields about 5 million fragments in 20
+/// views at 256 x 256.
 const HALF_SIDE: f32 = 0.021;
-/// Runs of which the fastest makes the ratio.
+/// Number of runs; the ratio uses the fastest.
 const RUNS: usize = 5;
 
-/// A number in -1..1 for each (leaf, purpose), the same everywhere.
+/// Hash of (leaf, purpose) in -1..1, the same on every machine.
 fn hashed(leaf: u32, purpose: u32) -> f32 {
     let mut bits = (leaf ^ purpose.wrapping_mul(0x9e37_79b9)).wrapping_mul(0x85eb_ca6b);
     bits = (bits ^ (bits >> 13)).wrapping_mul(0xc2b2_ae35);
@@ -71,7 +67,7 @@ fn fastest(source: &mut dyn FragmentSource, views: &[ViewTriangles<'_>], out: &m
 
 fn fragments(criterion: &mut Criterion) {
     let gpu = GpuDevice::new(&GpuOptions::from_env()).and_then(|gpu| GpuFragments::new(&gpu));
-    let mut gpu = gpu.inspect_err(|error| println!("CPU alone: {error}")).ok();
+    let mut gpu = gpu.inspect_err(|error| println!("CPU only: {error}")).ok();
     let mut cpu = CpuFragments::new();
     let mut group = criterion.benchmark_group("fragments");
     group.sample_size(10);
@@ -89,7 +85,7 @@ fn fragments(criterion: &mut Criterion) {
             let on_gpu = fastest(gpu, &views, &mut out);
             let ratio = on_gpu.as_secs_f64() / on_cpu.as_secs_f64();
             println!(
-                "{resolution}: GPU {on_gpu:.1?}, {ratio:.2} times the CPU's ({})",
+                "{resolution}: GPU {on_gpu:.1?}, {ratio:.2} times the CPU time ({})",
                 gpu.adapter().unwrap_or_default()
             );
             group.bench_function(BenchmarkId::new("gpu", resolution), |b| b.iter(|| capture(gpu, &views, &mut out)));

@@ -1,23 +1,16 @@
-//! Frames drawn with scales from the timeline beside frames drawn with plain scales that the plant keeps.
+//! Frames drawn with scales from the timeline, compared with frames drawn with plain scales that
+//! are stored per plant.
 //!
-//! `cargo bench --bench rendering`: one oak of 20,146 leaves at several active counts, on whatever adapter answers. Both
-//! kinds of frame alternate within each sample, so that the printed ratio compares like with like. So do a renderer whose
-//! effects are all off and a plain one.
+//! `cargo bench --bench rendering`: one oak of 20,146 leaves at several active counts, on the
+//! adapter that `GpuOptions::from_env` selects. Both kinds of frame alternate within each sample,
+//! so that the printed ratio compares like with like.
 
 use criterion::{Criterion, SamplingMode};
 use foliage_lod::{
-    effects::Effects,
-    extract::Swap,
+    FoliageModel, FoliageRenderer, Instance, Look, LookAt, Swap,
+    gpu::{GpuDevice, GpuOptions, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
-    model::FoliageModel,
-    render::{
-        camera::Camera,
-        device::{GpuDevice, GpuOptions},
-        foliage::{FoliageRenderer, Instance},
-        look::Look,
-        offscreen::{Offscreen, TARGET},
-    },
-    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
 };
 use glam::{DAffine3, DVec3};
 use std::time::{Duration, Instant};
@@ -27,7 +20,7 @@ const SHARES: [f32; 3] = [1.0, 0.5, 0.15];
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    // As criterion decides it: `cargo bench` passes `--bench`, `cargo test --benches` does not.
+    // Same rule as criterion: `cargo bench` passes `--bench`, `cargo test --benches` does not.
     let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
     let as_test = has("--test") || !has("--bench");
     let gpu = match GpuDevice::new(&GpuOptions::from_env()) {
@@ -39,55 +32,18 @@ fn main() {
     for share in SHARES {
         bench(&mut criterion, &gpu, &model, share);
     }
-    bench_off(&mut criterion, &gpu, &model);
     criterion.final_summary();
 }
 
-/// A renderer that knows of effects, none of which is on, beside one that was made without a look.
-fn bench_off(criterion: &mut Criterion, gpu: &GpuDevice, model: &FoliageModel) {
-    let target = Offscreen::new(gpu, SIZE).expect("a small target");
-    let look = Look { effects: Effects::default(), ..Look::default() };
-    let mut renderers =
-        [FoliageRenderer::with_look(gpu.device(), TARGET, look), FoliageRenderer::new(gpu.device(), TARGET)];
-    let ids = renderers
-        .each_mut()
-        .map(|foliage| foliage.add_model(gpu.device(), gpu.queue(), model).expect("the model fits"));
-    let camera = camera(model);
-    let mut frame = |which: usize| {
-        let instance = Instance::new(ids[which], DAffine3::IDENTITY, 0.5 * model.leaves.len() as f32);
-        let started = Instant::now();
-        renderers[which].prepare(gpu.device(), gpu.queue(), &camera, &[instance]).expect("one plant fits");
-        target.draw(&renderers[which]).expect("the device answers");
-        started.elapsed()
-    };
-    let (mut off, mut plain) = (Vec::new(), Vec::new());
-    let mut group = criterion.benchmark_group("rendering");
-    group.sample_size(20).sampling_mode(SamplingMode::Flat).warm_up_time(Duration::from_millis(500));
-    group.bench_function("effects off", |bencher| {
-        bencher.iter_custom(|iterations| {
-            let first = off.len();
-            for _ in 0..iterations {
-                plain.push(frame(1));
-                off.push(frame(0));
-            }
-            off[first..].iter().sum()
-        });
-    });
-    group.finish();
-    if let (Some(off), Some(plain)) = (median_ms(&mut off), median_ms(&mut plain)) {
-        println!("effects off: {off:.2} ms, plain: {plain:.2} ms, ratio {:.3}", off / plain);
-    }
-}
-
-fn camera(model: &FoliageModel) -> Camera {
+fn camera(model: &FoliageModel) -> LookAt {
     let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
-    Camera::framing(&model.sphere(), DVec3::new(0.4, 0.2, 1.0), 0.8, 1.0).with_aspect(aspect)
+    LookAt::framing(&model.sphere(), DVec3::new(0.4, 0.2, 1.0), 0.8, 1.0).with_aspect(aspect)
 }
 
 fn oak(leaves: Option<u32>) -> FoliageModel {
     let species = Species::embedded("english-oak").expect("an embedded species");
     let mut plant = grow(&species, &GrowOptions { leaves, ..GrowOptions::default() }).expect("embedded species grow");
-    // Leaves alone: the wood costs the same either way.
+    // Leaves only: the wood costs the same either way.
     plant.wood = Default::default();
     let options = SimplifyOptions { resolution: 128, ..SimplifyOptions::paper() };
     simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).expect("the plant is sound").model
@@ -95,17 +51,17 @@ fn oak(leaves: Option<u32>) -> FoliageModel {
 
 fn bench(criterion: &mut Criterion, gpu: &GpuDevice, model: &FoliageModel, share: f32) {
     let target = Offscreen::new(gpu, SIZE).expect("a small target");
-    let mut foliage = FoliageRenderer::new(gpu.device(), TARGET);
+    let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, Look::default()).unwrap();
     let id = foliage.add_model(gpu.device(), gpu.queue(), model).expect("the model fits");
     let mut swap = Swap::new(model);
     let active = (share * model.leaves.len() as f32).round();
     swap.set_active(active as u32);
     let scales = foliage.add_scales(gpu.device(), gpu.queue(), &swap).expect("the scales fit");
-    let camera = camera(model);
+    let camera = camera(model).camera(SIZE[1]);
     let mut frame = |scales| {
         let instance = Instance { scales, ..Instance::new(id, DAffine3::IDENTITY, active) };
         let started = Instant::now();
-        foliage.prepare(gpu.device(), gpu.queue(), &camera, &[instance]).expect("one plant fits");
+        foliage.prepare(gpu.device(), gpu.queue(), camera, &[instance]).expect("one plant fits");
         target.draw(&foliage).expect("the device answers");
         started.elapsed()
     };

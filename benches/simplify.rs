@@ -1,18 +1,18 @@
-//! Time to find the pruning order, beside the time to rasterise all fragments once: the limit of any method that looks at
-//! every fragment.
+//! Time to find the pruning order, compared with the time to rasterise all fragments once, the
+//! lower bound for any method that visits every fragment.
 //!
-//! `cargo bench --bench simplify` measures all cases, `cargo bench --bench simplify -- oak/256` one of them. The ratio and
-//! the peak memory (Linux) are printed after each case, from medians of the same run.
+//! `cargo bench --bench simplify` measures all cases, `cargo bench --bench simplify -- oak/256` one
+//! of them. After each case the ratio of the medians and the peak memory (Linux) are printed.
 
 use criterion::{Criterion, SamplingMode};
 use foliage_lod::{
     Plant,
     grow::{GrowOptions, Species, grow},
-    simplify::{Quiet, SimplifyOptions, order, raster::CpuFragments, rasterise_all},
+    simplify::{CpuFragments, Quiet, SimplifyOptions, order, rasterise_all},
 };
 use std::time::{Duration, Instant};
 
-/// Species, leaves (None: the species' own) and resolution.
+/// Species, number of leaves (`None`: the species' default) and resolution.
 const CASES: [(&str, Option<u32>, u32); 6] = [
     ("english-oak", None, 256),
     ("english-oak", None, 512),
@@ -24,11 +24,11 @@ const CASES: [(&str, Option<u32>, u32); 6] = [
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    // As criterion decides it: `cargo bench` passes `--bench`, `cargo test --benches` does not.
+    // Same rule as criterion: `cargo bench` passes `--bench`, `cargo test --benches` does not.
     let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
     let as_test = has("--test") || !has("--bench");
     for (species, leaves, resolution) in CASES {
-        // As a test every case runs once, small.
+        // As a test, every case runs once on a small input.
         let (leaves, resolution) = if as_test { (Some(300), 64) } else { (leaves, resolution) };
         let name = format!("simplify/{species}{}/{resolution}", leaves.map_or(String::new(), |n| format!("-{n}")));
         bench(&mut criterion, &name, species, leaves, resolution);
@@ -61,7 +61,7 @@ fn bench(criterion: &mut Criterion, name: &str, species: &str, leaves: Option<u3
     if let (Some(once), Some(whole), Some(plant)) = (median(&mut once), median(&mut whole), plant) {
         let leaves = plant.leaves.len();
         println!(
-            "{name}: {leaves} leaves, {whole:.2} s whole, {once:.3} s to rasterise once, ratio {:.1}, {:.0} us a leaf, peak {} MB",
+            "{name}: {leaves} leaves, {whole:.2} s in total, {once:.3} s to rasterise once, ratio {:.1}, {:.0} us per leaf, peak {} MiB",
             whole / once,
             whole * 1e6 / leaves as f64,
             peak_megabytes().map_or("?".into(), |peak| peak.to_string()),
@@ -79,7 +79,7 @@ fn median(times: &mut [Duration]) -> Option<f64> {
     times.get(times.len() / 2).map(Duration::as_secs_f64)
 }
 
-/// Greatest memory of the process so far.
+/// Peak memory of the process so far, in MiB; `None` on systems other than Linux.
 fn peak_megabytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

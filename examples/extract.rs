@@ -1,15 +1,12 @@
-//! What a game does with a model each frame, without a GPU: from the camera's distance to the scales to upload.
+//! CPU work that a game does per frame: from the camera's distance to the scales to upload.
 //!
-//! `cargo run --example extract -- oak.vds`; without a file it makes a small birch.
+//! `cargo run --example extract -- oak.vds`; without a file, it grows a small birch.
 
 use foliage_lod::{
-    extract::{
-        Hysteresis, LodPolicy, Sight, Swap, leaf_count,
-        lod::{Blend, fewest_leaves},
-    },
+    FoliageModel, Swap,
+    extract::{Blend, Hysteresis, LodPolicy, Sight, fewest_leaves, leaf_count},
     grow::{GrowOptions, Species, grow},
-    model::FoliageModel,
-    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
 };
 
 fn main() -> foliage_lod::Result<()> {
@@ -22,11 +19,11 @@ fn main() -> foliage_lod::Result<()> {
 
     let least = fewest_leaves(leaves);
 
-    // Once per tree on screen.
+    // One of each per tree on the screen.
     let mut swap = Swap::new(&model);
     let mut hysteresis = Hysteresis::default();
 
-    // A camera that draws back: one line per frame.
+    // The camera moves back; each frame prints one line.
     for distance_in_radii in [2.0, 5.0, 5.01, 10.0, 20.0, 40.0, 80.0] {
         let sight = Sight { distance: distance_in_radii * radius, radius, fov_y: 1.0, height_px: 1080.0 };
         let wanted = leaf_count(Blend::default().lod(&sight), leaves, least);

@@ -1,13 +1,14 @@
-// The effect `contrast`: shaded colours of reduced plants are drawn to their mean. Twin of stochastic/contrast.rs.
+// The effect `contrast`: moves the shaded colours of reduced plants towards their mean. Twin of
+// stochastic/contrast.rs.
 
 struct Tone {
     // Mean shaded colour of the plant's leaves, linear.
     mean: vec3<f32>,
-    // Share of a colour's distance from it that stays.
+    // Fraction of a colour's distance from the mean that is kept.
     kept: f32,
 }
 
-// One for each instance.
+// One per instance.
 @group(2) @binding(0) var<storage, read> tones: array<Tone>;
 
 fn toned(color: vec3<f32>, instance: u32) -> vec3<f32> {

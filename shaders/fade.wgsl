@@ -1,4 +1,5 @@
-// The effect `fade` by alpha: a leaf at the end of the prefix covers only a share of a pixel's samples.
+// The effect `fade` by alpha: a leaf at the end of the prefix covers only a fraction of a pixel's
+// samples.
 
 fn fade_share(leaf: u32, instance: Instance) -> f32 {
     return presence(leaf, instance);

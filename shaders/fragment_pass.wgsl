@@ -1,11 +1,13 @@
-// Every pixel that every triangle covers, appended to one buffer: no depth test, no culling, nothing hidden.
+// Appends every pixel that every triangle covers to one buffer, without depth test or culling.
+// Driven by gpu/capture.
 //
-// Texels are looked up in f32, and an adapter may contract a product and a sum or divide a little inexactly. Where such an
-// error could reach another texel the fragment is marked UNCERTAIN, and the CPU repeats its test exactly.
+// Texel indices are computed in f32, and an adapter may fuse a product and a sum or divide
+// inexactly. If such an error could select another texel, the fragment is marked UNCERTAIN, and the
+// CPU repeats its alpha test exactly.
 
 struct Params {
     resolution: u32,
-    // Entries that fit; the count goes on beyond it.
+    // Number of entries that fit; the count may exceed it.
     capacity: u32,
 }
 
@@ -42,7 +44,7 @@ struct Fragments {
 
 struct Corner {
     @builtin(position) clip: vec4<f32>,
-    // Number of the triangle within its view.
+    // Index of the triangle within its view.
     @location(0) @interpolate(flat) triangle: u32,
 }
 
@@ -63,7 +65,8 @@ fn append(pixel: vec2<u32>, triangle: u32) {
     }
 }
 
-// All that the alpha test needs, fetched once a triangle: software adapters fetch slowly, one pixel after another.
+// Everything that the alpha test needs, fetched per vertex: per-pixel fetches are slow on software
+// adapters.
 struct MaskedCorner {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(flat) triangle: u32,
@@ -76,7 +79,7 @@ struct MaskedCorner {
     @location(7) @interpolate(flat) first_word: u32,
 }
 
-// Masked triangles are the first of the buffer, in the order of their alpha tests.
+// The masked triangles come first in the vertex buffer, in the order of their alpha tests.
 @vertex
 fn masked_corner(
     @builtin(vertex_index) index: u32,
@@ -113,7 +116,7 @@ fn append_masked(input: MaskedCorner) {
     }
 }
 
-// A value and how far it may be from the one computed elsewhere.
+// A value, and a bound on its difference from the value that the CPU computes.
 struct Estimate {
     value: f32,
     error: f32,
@@ -139,7 +142,7 @@ fn texel(coordinate: Estimate, size: u32, wrap: u32) -> Texel {
     let at = coordinate.value * f32(size);
     let error = coordinate.error * f32(size) + abs(at) * ROUNDING;
     let cell = floor(at);
-    // Beyond LARGEST_CELL the error is over a texel.
+    // Beyond LARGEST_CELL the error exceeds one texel.
     let is_certain = floor(at - error) == cell && floor(at + error) == cell && abs(at) < LARGEST_CELL;
     let inside = wrapped(clamp(cell, -LARGEST_CELL, LARGEST_CELL), f32(size), wrap);
     return Texel(u32(clamp(inside, 0.0, f32(size - 1u))), is_certain);
@@ -153,7 +156,8 @@ fn wrapped(cell: f32, size: f32, wrap: u32) -> f32 {
     return select(repeated, cell, wrap == WRAP_CLAMP);
 }
 
-// Of whole numbers below 2^24, exactly, though the quotient may be off by a rounding.
+// Remainder of a / b, from 0 up to b (exclusive). Exact for whole numbers below 2^24, even if the
+// quotient is off by a rounding error.
 fn modulo(a: f32, b: f32) -> f32 {
     let rest = a - floor(a / b) * b;
     return rest + select(0.0, b, rest < 0.0) - select(0.0, b, rest >= b);

@@ -1,42 +1,31 @@
-// Sky and ground behind everything, along the ray of each pixel. Twin of render/landscape_pass.rs.
+// Sky and ground behind everything, along the ray of each pixel. Twin of software/landscape.rs.
 
 struct Landscape {
     // A pixel's ray is forward + right * x + up * y, x and y from -1 to 1.
     right: vec3<f32>,
-    // Of the eye over the ground.
+    // Height of the eye above the ground, in world units.
     eye_height: f32,
     up: vec3<f32>,
-    // Distance at which the haze lets a third through.
+    // Distance, in world units, at which haze leaves 1/e of the ground's own light.
     haze: f32,
     forward: vec3<f32>,
-    // Brightness of the sky.
+    // Brightness factor of the sky.
     scale: f32,
     towards_sun: vec3<f32>,
     ground: vec3<f32>,
-    // Perez' coefficients of x, y and Y.
+    // Perez coefficients A to E, each for x, y and Y.
     perez: array<vec3<f32>, 5>,
+    // x, y and Y at the zenith, divided by the distribution there.
     zenith: vec3<f32>,
-    // From the eye to the light's clip space.
+    // Transform from world space relative to the eye to the sun's clip space.
     light_from_eye: mat4x4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> landscape: Landscape;
 
-struct Corner {
-    @builtin(position) clip: vec4<f32>,
-    @location(0) ray: vec3<f32>,
-}
-
-// One triangle over the whole picture.
-@vertex
-fn landscape_corner(@builtin(vertex_index) corner: u32) -> Corner {
-    let at = vec2(f32(corner & 1u) * 4.0 - 1.0, f32(corner >> 1u) * 4.0 - 1.0);
-    return Corner(vec4(at, 0.0, 1.0), landscape.forward + landscape.right * at.x + landscape.up * at.y);
-}
-
 @fragment
 fn landscape_color(corner: Corner) -> @location(0) vec4<f32> {
-    let ray = unit(corner.ray);
+    let ray = unit(landscape.forward + landscape.right * corner.at.x + landscape.up * corner.at.y);
     if !HAS_GROUND || ray.y >= 0.0 || landscape.eye_height <= 0.0 {
         return vec4(encoded(sky_color(ray)), 1.0);
     }
@@ -48,8 +37,8 @@ fn landscape_color(corner: Corner) -> @location(0) vec4<f32> {
 
 fn sky_color(ray: vec3<f32>) -> vec3<f32> {
     if !HAS_SKY {
-        let above = mix(HORIZON, ZENITH, smoothstep(0.0, 0.7, ray.y));
-        return select(above, mix(HORIZON, FLOOR, smoothstep(0.0, 0.4, -ray.y)), ray.y < 0.0);
+        let above = mix(HORIZON, ZENITH, smoothstep(0.0, ZENITH_FROM, ray.y));
+        return select(above, mix(HORIZON, FLOOR, smoothstep(0.0, FLOOR_FROM, -ray.y)), ray.y < 0.0);
     }
     let direction = unit(vec3(ray.x, max(ray.y, LOWEST), ray.z));
     let to_zenith = max(direction.y, LOWEST);
@@ -59,7 +48,7 @@ fn sky_color(ray: vec3<f32>) -> vec3<f32> {
     let around = vec3(1.0) + landscape.perez[2] * exp(landscape.perez[3] * acos(to_sun))
         + landscape.perez[4] * (to_sun * to_sun);
     let xyy = landscape.zenith * spread * around;
-    let y = max(xyy.y, 1e-4);
+    let y = max(xyy.y, LOWEST_CHROMATICITY_Y);
     let xyz = vec3(xyy.x / y, 1.0, (1.0 - xyy.x - y) / y) * max(xyy.z, 0.0);
     let light = max(RGB_FROM_XYZ * xyz, vec3(0.0)) * landscape.scale;
     return vec3(1.0) - exp(-light);

@@ -1,4 +1,4 @@
-// Corners of leaves for motion_pass.
+// Vertices of leaves for motion_pass, in this frame and the previous one.
 
 @vertex
 fn leaf_motion(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>) -> Moving {

@@ -1,5 +1,5 @@
-// The leaves of all plants of one model in one draw. Each instance of the draw is a run of RUN_INDICES indices of one plant;
-// corners past the plant's prefix collapse into a point.
+// Leaves of many plants of one model in one draw call. Each instance of the draw call is a run of
+// RUN_INDICES indices of one plant; vertices past the plant's prefix collapse to a point.
 
 struct LeafVertex {
     position: array<f32, 3>,
@@ -12,25 +12,19 @@ struct LeafVertex {
 struct LeafRecord {
     pivot: array<f32, 3>,
     material: u32,
-    // The leaf's events in the timeline.
+    // Range of the leaf's events in the timeline.
     first_event: u32,
     end_event: u32,
-}
-
-// When the active count falls to `leaf`, the owner's drawn scale becomes `scale`.
-struct Event {
-    leaf: u32,
-    scale: f32,
 }
 
 @group(0) @binding(4) var<storage, read> vertices: array<LeafVertex>;
 @group(0) @binding(5) var<storage, read> indices: array<u32>;
 @group(0) @binding(6) var<storage, read> leaves: array<LeafRecord>;
 @group(0) @binding(7) var<storage, read> events: array<Event>;
-// Drawn scales of the plants that keep their own.
+// Drawn scales of the plants that store their own.
 @group(1) @binding(1) var<storage, read> scales: array<f32>;
 
-// item: the instance, and the number of the run.
+// item: index of the plant's record, and of the run within the plant.
 @vertex
 fn leaf_corner(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>) -> Surface {
     return leaf_surface(corner, item);
@@ -69,12 +63,12 @@ fn leaf_color(surface: Surface) -> Shaded {
 fn leaf_tint(vertex: LeafVertex) -> vec3<f32> {
     switch COLORING {
         case COLORING_FLAT: {
-            // Any mixing of bits will do (Knuth's multiplicative hash).
-            let mixed = vertex.leaf * 2654435761u;
-            return vec3(f32(mixed >> 24u), f32(mixed >> 16u & 255u), f32(mixed >> 8u & 255u)) / 255.0;
+            // Any hash will do; this is Knuth's multiplicative hash.
+            let mixed = vertex.leaf * HASH_MULTIPLIER;
+            return vec3(f32(mixed >> 24u), f32((mixed >> 16u) & 255u), f32((mixed >> 8u) & 255u)) / 255.0;
         }
         case COLORING_ORDER: {
-            // From the leaf that stays longest to the one that goes first.
+            // Blue for the leaf that is kept longest, orange for the one that is pruned first.
             let order = f32(vertex.leaf) / f32(arrayLength(&leaves));
             return mix(vec3(0.02, 0.1, 0.6), vec3(1.0, 0.5, 0.02), order);
         }
@@ -88,36 +82,23 @@ fn drawn_scale(leaf: u32, record: LeafRecord, instance: Instance) -> f32 {
     if instance.first_scale != NO_SCALES {
         return scales[instance.first_scale + leaf];
     }
-    // The first event whose leaf may not be wholly there.
-    var low = record.first_event;
-    var high = record.end_event;
-    while low < high {
-        let middle = (low + high) / 2u;
-        if events[middle].leaf < instance.first_partial {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    // A leaf that fades by alpha has its size all the while.
+    // The first event whose leaf may be only partly present.
+    var low = event_at(record.first_event, record.end_event, instance.first_partial);
+    // A leaf that fades by alpha keeps its size.
     let own = select(presence(leaf, instance), 1.0, FADES_BY_ALPHA);
     let is_still = low >= record.end_event || events[low].leaf >= instance.drawn;
     if is_still && own == 1.0 {
-        return scale_of(low, record);
+        return scale_of(low, record.end_event);
     }
     var area = 0.0;
     while low < record.end_event && events[low].leaf < instance.drawn {
         let gone = 1.0 - presence(events[low].leaf, instance);
-        area += gone * (pow2(scale_of(low, record)) - pow2(scale_of(low + 1u, record)));
+        area += gone * (pow2(scale_of(low, record.end_event)) - pow2(scale_of(low + 1u, record.end_event)));
         low += 1u;
     }
-    return sqrt(max(pow2(scale_of(low, record)) + area, 0.0) * own);
+    return sqrt(max(pow2(scale_of(low, record.end_event)) + area, 0.0) * own);
 }
 
 fn pow2(x: f32) -> f32 {
     return x * x;
-}
-
-fn scale_of(event: u32, record: LeafRecord) -> f32 {
-    return select(1.0, events[min(event, arrayLength(&events) - 1u)].scale, event < record.end_event);
 }

@@ -1,25 +1,26 @@
-// How a surface is lit: one sun, a sky, and a crown that shades its own inside. Twin of render/light.rs; all in plant
-// space, so directions of the world come turned into it.
+// Lighting of surfaces: one sun, a sky, and a crown that shades its own interior. Twin of
+// software/light.rs. Everything is in local space, including the directions of the sun and upwards.
 
-// The target keeps what is written as it is: linear light is encoded here.
+// True if the target's format is not sRGB: the shader then encodes linear light as sRGB.
 override ENCODE_SRGB: bool = false;
 
 struct Lit {
     normal: vec3<f32>,
-    // From the eye.
+    // From the eye to the surface.
     from_eye: vec3<f32>,
-    // 0 in the crown's middle, 1 on the ellipsoid that its box encloses.
+    // Offset from the crown's centre; its length is 1 on the ellipsoid inscribed in the crown's
+    // box.
     in_crown: vec3<f32>,
     inverse_half_size: vec3<f32>,
     towards_sun: vec3<f32>,
     upwards: vec3<f32>,
     is_leaf: bool,
     is_two_sided: bool,
-    // Share of the sun's light that arrives.
+    // Fraction of the sun's light that arrives.
     sunlit: f32,
 }
 
-// Light that a white surface sends back to the eye, linear.
+// Light reflected to the eye by a white surface, linear.
 fn reflected(lit: Lit) -> vec3<f32> {
     let is_turned = lit.is_two_sided && dot(lit.normal, lit.from_eye) > 0.0;
     let normal = unit(select(lit.normal, -lit.normal, is_turned));
@@ -49,7 +50,7 @@ fn unit(v: vec3<f32>) -> vec3<f32> {
     return select(vec3(0.0), v * inverseSqrt(length_squared), length_squared > 0.0);
 }
 
-// The backdrop at a height of 0 (bottom of the picture) to 1 (top), linear.
+// Colour of the backdrop at a height from 0 (bottom of the picture) to 1 (top), linear.
 fn backdrop_color(height: f32) -> vec3<f32> {
     let above = mix(HORIZON, ZENITH, (height - HORIZON_HEIGHT) / (1.0 - HORIZON_HEIGHT));
     let below = mix(FLOOR, HORIZON, smoothstep(0.0, 1.0, height / HORIZON_HEIGHT));

@@ -1,10 +1,11 @@
-// Motion vectors: how far what a pixel shows has moved since the frame before, as a share of the picture's width and height,
-// to the right and down. Vertices are those of leaf_pass and wood_pass, each taken twice.
+// Motion vectors: displacement of the visible point since the previous frame, to the right and
+// down, as a fraction of the picture's width and height. Vertices come from leaf_pass and
+// wood_pass, each computed for both frames.
 
 struct Moving {
     @builtin(position) clip: vec4<f32>,
     @location(0) uv: vec2<f32>,
-    // Clip space without its depth.
+    // Clip-space x, y and w in this frame and in the previous one.
     @location(1) now: vec3<f32>,
     @location(2) before: vec3<f32>,
     @location(3) @interpolate(flat) material: u32,
@@ -19,12 +20,12 @@ fn moving(now: Surface, before: Surface) -> Moving {
 @fragment
 fn motion(moving: Moving) -> @location(0) vec2<f32> {
     let instance = instances[moving.instance];
-    // A leaf that fades by alpha is there or not.
+    // A leaf that fades by alpha is drawn if at least half present.
     if is_hole(materials[moving.material], moving.uv) || fade_share(moving.leaf, instance) < 0.5 {
         discard;
     }
     if moving.before.z <= 0.0 {
-        // It was behind the eye.
+        // The point was behind the eye in the previous frame.
         return vec2(0.0);
     }
     let now = moving.now.xy / moving.now.z - instance.jitter;

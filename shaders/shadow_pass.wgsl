@@ -1,4 +1,5 @@
-// What casts shadows: only where it is opaque. Vertices are those of leaf_pass and wood_pass.
+// Shadow casting: writes depth where the surface is opaque. Vertices come from leaf_pass and
+// wood_pass.
 
 @fragment
 fn cast_shadow(surface: Surface) {

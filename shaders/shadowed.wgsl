@@ -1,6 +1,6 @@
-// Plants in each other's shadow.
+// Shadows that plants cast on each other.
 
-// From each instance's local space to the light's clip space.
+// Transforms from local space to the sun's clip space, one per instance.
 @group(2) @binding(2) var<storage, read> light_from_local: array<mat4x4<f32>>;
 
 fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 {

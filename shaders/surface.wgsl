@@ -1,31 +1,35 @@
-// What leaf_pass and wood_pass share: instances, materials, textures, and the colour of a pixel.
+// Shared by leaf_pass and wood_pass: instances, materials, textures, and the colour of a pixel.
 //
-// Local space is plant space moved to the middle of the plant, so that f32 keeps its digits wherever a file put it.
+// Local space is plant space with its origin at the plant's centre, so that the precision of f32
+// does not depend on where a file places the plant.
 
-// One plant on screen.
+// One plant to draw.
 struct Instance {
     clip_from_local: mat4x4<f32>,
     eye_local: vec3<f32>,
-    // Fraction of the active count.
+    // Fractional part of the active count.
     fraction: f32,
-    // Unit vectors towards the sun and upwards, as local space sees them.
+    // Unit vector towards the sun, in local space.
     sun_local: vec3<f32>,
     active_count: u32,
+    // Unit vector upwards, in local space.
     up_local: vec3<f32>,
     // One past the last index of the last leaf drawn.
     index_end: u32,
-    // First of this plant's own drawn scales, or NO_SCALES: then they come from the timeline.
+    // Index of the first of this plant's own drawn scales, or NO_SCALES if they come from the
+    // timeline.
     first_scale: u32,
-    // The first leaf that may not be wholly there, and one past the last that is there at all.
+    // The first leaf that may be only partly present.
     first_partial: u32,
+    // Number of leaves to draw.
     drawn: u32,
-    // How many leaves come and go at once.
+    // Number of leaves that are in transition at once.
     window: f32,
-    // Factor on every leaf's drawn scale.
+    // Factor applied to every leaf's drawn scale.
     leaf_scale: f32,
-    // Number of the instance that tells where the plant was; of motion vectors alone.
+    // Index of the plant's record for the previous frame; only used for motion vectors.
     before: u32,
-    // How far the picture is shifted, in clip space.
+    // Jitter of the picture, in clip space.
     jitter: vec2<f32>,
 }
 
@@ -37,10 +41,10 @@ struct Crown {
 
 struct Material {
     base_color: vec4<f32>,
-    // Alpha from which a texel covers; 0 where every one does.
+    // Alpha at or above which a texel is opaque; 0 if all texels are.
     cutoff: f32,
     layer: u32,
-    // Wrap modes along u and v, by number.
+    // Wrap modes along u and v, as numbered by `wrap_number` in draw/shader.rs.
     wrap: vec2<u32>,
     is_two_sided: u32,
 }
@@ -51,10 +55,10 @@ struct Material {
 @group(0) @binding(3) var filtering: sampler;
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
 
-// Samples of a pixel; alpha chooses how many of them are covered.
+// Samples per pixel; alpha determines how many of them are covered.
 override SAMPLES: u32 = 1u;
 
-// COLORING_PICTURE, or leaves get plain colours that tell something about them.
+// COLORING_PICTURE, or a constant that selects unlit diagnostic colours.
 override COLORING: u32 = 0u;
 
 struct Surface {
@@ -68,7 +72,7 @@ struct Surface {
     @location(6) @interpolate(flat) leaf: u32,
 }
 
-// A corner of a leaf and its normal, wherever the wind has moved them.
+// Position and normal of a leaf's vertex after scaling and wind.
 struct Moved {
     position: vec3<f32>,
     normal: vec3<f32>,
@@ -89,7 +93,7 @@ fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
     if material.cutoff > 0.0 {
         share = select(
             select(0.0, 1.0, alpha >= material.cutoff),
-            // Alpha rises through the cutoff within one pixel.
+            // Coverage rises from 0 to 1 within one pixel around the cutoff.
             clamp((alpha - material.cutoff) * sharpness + 0.5, 0.0, 1.0),
             SAMPLES > 1u,
         );
@@ -122,22 +126,23 @@ fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
     return Shaded(vec4(encoded(color), 1.0), covered_samples(share, pattern));
 }
 
-// How much of a leaf is there, by area or by alpha.
+// Presence of a leaf from 0 to 1, as a fraction of its area or of its alpha.
 fn presence(leaf: u32, instance: Instance) -> f32 {
     let behind = f32(i32(leaf) - i32(instance.active_count));
     let t = clamp((instance.fraction - behind - 0.5) / instance.window + 0.5, 0.0, 1.0);
     return select(t, t * t * (3.0 - 2.0 * t), FADES_SMOOTHLY);
 }
 
-// Round(share * SAMPLES) samples. Which ones depends on the leaf: those behind each other add up.
+// Mask of round(share * SAMPLES) samples. It is rotated by `pattern`, which differs between leaves,
+// so that overlapping leaves cover different samples.
 fn covered_samples(share: f32, pattern: u32) -> u32 {
     let count = u32(share * f32(SAMPLES) + 0.5);
     let first = pattern % SAMPLES;
     let run = (1u << count) - 1u;
-    return run << first | run >> (SAMPLES - first);
+    return (run << first) | (run >> (SAMPLES - first));
 }
 
-// Nothing is there where alpha stays below the cutoff.
+// Whether the surface is transparent: its alpha is below the cutoff.
 fn is_hole(material: Material, uv: vec2<f32>) -> bool {
     return material.cutoff > 0.0 && texel(material, uv).a * material.base_color.a < material.cutoff;
 }
@@ -147,7 +152,7 @@ fn texel(material: Material, uv: vec2<f32>) -> vec4<f32> {
     return textureSampleGrad(textures, filtering, inside, material.layer, dpdx(uv), dpdy(uv));
 }
 
-// The sampler repeats; the other modes are brought into the texture here.
+// The sampler repeats; the other wrap modes are applied to the coordinate here.
 fn wrapped(coordinate: f32, wrap: u32) -> f32 {
     switch wrap {
         case WRAP_CLAMP: {

@@ -1,9 +1,9 @@
-// The effect `wind`: one smooth field moves trunk, branches and the pivots of leaves; leaves turn about them. Twin of
-// effects/wind.rs.
+// The effect `wind`: one smooth displacement field moves the trunk, the branches and the pivots of
+// leaves; leaves turn about their pivots. Twin of effects/wind.rs.
 
 const TURN: f32 = 6.2831853;
 
-// What the wind does to one plant at this time, in local space.
+// Motion of one plant at this time, in local space.
 struct Sway {
     bend: vec3<f32>,
     height: f32,
@@ -12,12 +12,12 @@ struct Sway {
     axis: vec2<f32>,
     radius: f32,
     branches: f32,
-    // Of the two waves of branches and the two of leaves, in cycles.
+    // Phases of the two branch waves and the two leaf waves, in cycles.
     phases: vec4<f32>,
     flutter: f32,
 }
 
-// One for each instance.
+// One per instance.
 @group(2) @binding(1) var<storage, read> sways: array<Sway>;
 
 fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> {
@@ -26,18 +26,18 @@ fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> {
 
 fn moved_leaf(pivot: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, leaf: u32, instance: u32) -> Moved {
     let sway = sways[instance];
-    let mixed = leaf * 2654435761u;
-    let own = vec3(f32(mixed >> 22u), f32(mixed >> 12u & 1023u), f32(mixed >> 2u & 1023u)) / 1024.0;
+    let mixed = leaf * HASH_MULTIPLIER;
+    let own = vec3(f32(mixed >> 22u), f32((mixed >> 12u) % PHASE_STEPS), f32((mixed >> 2u) % PHASE_STEPS)) / f32(PHASE_STEPS);
     let waves = sin((sway.phases.zw + own.xy) * TURN);
-    let angle = sway.flutter * dot(vec2(0.6, 0.4), waves);
+    let angle = sway.flutter * dot(vec2(FLUTTER_SHARE_A, FLUTTER_SHARE_B), waves);
     let around = own.z * TURN;
-    let axis = normalize(vec3(cos(around), 0.5, sin(around)));
+    let axis = normalize(vec3(cos(around), FLUTTER_TILT, sin(around)));
     return Moved(pivot + sway_offset(pivot, sway) + rotated(offset, axis, angle), rotated(normal, axis, angle));
 }
 
 fn sway_offset(point: vec3<f32>, sway: Sway) -> vec3<f32> {
     let height = clamp((point.y - sway.base) / sway.height, 0.0, 1.0);
-    let lowered = 2.0 / 3.0 * dot(sway.bend, sway.bend) / sway.height * height * height * height;
+    let lowered = BEND_DESCENT * dot(sway.bend, sway.bend) / sway.height * height * height * height;
     let out = (point.xz - sway.axis) / sway.radius;
     let reach = sway.branches * min(length(out), 1.0) * height;
     let place = (point - vec3(sway.axis.x, sway.base, sway.axis.y)) / sway.height;
@@ -46,7 +46,7 @@ fn sway_offset(point: vec3<f32>, sway: Sway) -> vec3<f32> {
     return sway.bend * (height * height) + sway.along * (reach * along) + vec3(0.0, reach * BRANCH_LIFT * up - lowered, 0.0);
 }
 
-// Rodrigues' formula.
+// Rotates v about a unit axis by an angle in radians (Rodrigues' formula).
 fn rotated(v: vec3<f32>, axis: vec3<f32>, angle: f32) -> vec3<f32> {
     let cosine = cos(angle);
     return v * cosine + cross(axis, v) * sin(angle) + axis * dot(axis, v) * (1.0 - cosine);

@@ -1,4 +1,4 @@
-// Corners of trunks and branches for motion_pass.
+// Vertices of trunks and branches for motion_pass, in this frame and the previous one.
 
 @vertex
 fn wood_motion(

@@ -1,4 +1,4 @@
-// Trunks and branches of all plants of one model in one indexed draw, one instance a plant.
+// Trunks and branches of plants of one model in one indexed draw call, one instance per plant.
 
 @vertex
 fn wood_corner(

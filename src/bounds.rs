@@ -1,22 +1,22 @@
 //! Bounding box and bounding sphere, in the plant's own units.
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Axis-aligned box. Empty (`min > max`) until a point is added.
+/// Axis-aligned bounding box. Empty (`min > max`) until a point is added.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Aabb {
-    /// Least corner.
+    /// Minimum corner.
     pub min: [f32; 3],
-    /// Greatest corner.
+    /// Maximum corner.
     pub max: [f32; 3],
 }
 
 impl Aabb {
-    /// The box that contains nothing.
+    /// The empty box.
     pub const EMPTY: Self = Self { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
-    /// The smallest box around `points`; [`Aabb::EMPTY`] for none.
+    /// Smallest box around `points`; [`Aabb::EMPTY`] if there are none.
     pub fn of_points(points: impl IntoIterator<Item = [f32; 3]>) -> Self {
         let mut aabb = Self::EMPTY;
         for point in points {
@@ -33,12 +33,13 @@ impl Aabb {
         }
     }
 
-    /// True when no point was added.
+    /// Returns true if the box contains no point.
     pub fn is_empty(&self) -> bool {
         self.min[0] > self.max[0]
     }
 
-    /// The middle, computed in `f64` so that boxes far from the origin keep it; the origin when empty.
+    /// Centre of the box, computed in `f64` to stay accurate far from the origin. The origin if
+    /// empty.
     pub fn center(&self) -> DVec3 {
         if self.is_empty() {
             return DVec3::ZERO;
@@ -46,26 +47,32 @@ impl Aabb {
         (Vec3::from(self.min).as_dvec3() + Vec3::from(self.max).as_dvec3()) * 0.5
     }
 
-    /// Edge lengths; zero when empty.
+    /// Edge lengths; zero if empty.
     pub fn size(&self) -> Vec3 {
         if self.is_empty() { Vec3::ZERO } else { Vec3::from(self.max) - Vec3::from(self.min) }
     }
 }
 
-/// Sphere, in `f64` because views are placed from it.
+/// Bounding sphere, in `f64` because views are placed relative to it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sphere {
-    /// Middle.
+    /// Centre.
     pub center: [f64; 3],
     /// Radius, at least 0.
     pub radius: f64,
 }
 
 impl Sphere {
-    /// The sphere about the centre of the points' box that reaches the farthest point.
+    /// Bounding sphere of this one after `transform`; uneven scaling counts by its largest axis.
+    pub fn transformed(&self, transform: &DAffine3) -> Self {
+        let center = transform.transform_point3(self.center());
+        Self { center: center.to_array(), radius: self.radius * largest_scale(transform) }
+    }
+
+    /// Sphere centred on the points' bounding box that reaches the farthest point.
     ///
-    /// At most 1.74 times larger than the smallest sphere and independent of the order of the points. Radius 0 for one
-    /// point or none.
+    /// Its radius is at most 1.74 times that of the smallest enclosing sphere and does not depend
+    /// on the order of the points. It is 0 for one point or none.
     pub fn of_points(points: impl IntoIterator<Item = [f32; 3]> + Clone) -> Self {
         let center = Aabb::of_points(points.clone()).center();
         let radius_squared =
@@ -73,10 +80,15 @@ impl Sphere {
         Self { center: center.to_array(), radius: radius_squared.sqrt() }
     }
 
-    /// The middle as a vector.
+    /// Centre as a vector.
     pub fn center(&self) -> DVec3 {
         DVec3::from_array(self.center)
     }
+}
+
+/// Largest factor by which a transform scales lengths along its axes.
+pub(crate) fn largest_scale(transform: &DAffine3) -> f64 {
+    (0..3).map(|axis| transform.matrix3.col(axis).length()).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The one error type of the crate: every variant carries the value that was seen and says the fix.
+//! The crate's only error type: every variant carries the offending value and suggests a fix.
 
 use std::{
     borrow::Cow,
@@ -8,10 +8,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Everything that can go wrong, each with the value seen and what to do about it.
+/// Everything that can go wrong, with the offending value and a suggested fix.
 ///
-/// The text is one line without a trailing full stop, ready to be printed after `error: `. Fixes name options by their
-/// field, between backticks: a program can put its own spelling there.
+/// The message is one line without a trailing full stop, ready to be printed after `error: `.
+/// Suggested fixes name options by their field in backticks, so that a program can substitute its
+/// own spelling.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -20,126 +21,136 @@ pub enum Error {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// A file's content is damaged or breaks its format's rules.
+    /// A file's content is damaged or violates its format.
     #[error("{}: {reason}; {fix}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with the value seen.
+        /// The defect, with the offending value.
         reason: String,
-        /// What the user can do.
+        /// Suggested fix.
         fix: String,
     },
-    /// A file is sound but needs something that this crate does not read.
+    /// A file is valid but requires a feature that this crate does not support.
     #[error("{}: {feature} is not supported; {fix}", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// The extension or format by its name.
+        /// Name of the extension or format.
         feature: String,
-        /// What the user can do.
+        /// Suggested fix.
         fix: String,
     },
-    /// Nothing in the plant can be taken for separable leaves.
+    /// Nothing in the plant qualifies as separable leaves.
     #[error("{name}: no separable leaves: {reason}; {fix}")]
     NoLeaves {
-        /// The plant or file.
+        /// Name of the plant or file.
         name: String,
         /// Why nothing qualified.
         reason: String,
-        /// What the user can do.
+        /// Suggested fix.
         fix: String,
     },
-    /// A plant that breaks one of the numbered invariants of [`Plant`](crate::Plant).
-    #[error("plant breaks invariant {invariant}: {what}")]
+    /// A plant violates one of the numbered invariants of [`Plant`](crate::Plant).
+    #[error("plant violates invariant {invariant}: {what}")]
     InvalidPlant {
-        /// The number in the list of the type's documentation.
+        /// Number of the invariant in the type's documentation.
         invariant: u8,
-        /// What was found, with the index and the value seen.
+        /// The violation, with the index and the offending value.
         what: String,
     },
-    /// A model that breaks one of the numbered invariants of its type.
-    #[error("model breaks invariant {invariant}: {what}")]
+    /// A model violates one of the numbered invariants of
+    /// [`FoliageModel`](crate::model::FoliageModel).
+    #[error("model violates invariant {invariant}: {what}")]
     InvalidModel {
-        /// The number in the list of the type's documentation.
+        /// Number of the invariant in the type's documentation.
         invariant: u8,
-        /// What was found, with the index and the value seen.
+        /// The violation, with the index and the offending value.
         what: String,
     },
-    /// An option or parameter outside its range.
+    /// An option or parameter is outside its range.
     #[error("{field} is {value}; it must be {allowed}")]
     InvalidOption {
-        /// Field of the options struct, or dotted key of the file, that holds the value: `max_scale`, `effects.wind.strength`.
+        /// Field of the options struct, or dotted key of the file, that holds the value, such as
+        /// `max_scale` or `effects.wind.strength`.
         field: Cow<'static, str>,
-        /// The value seen.
+        /// The offending value.
         value: String,
-        /// The values that are allowed.
+        /// The allowed values.
         allowed: String,
     },
-    /// An input or a working set beyond a documented limit; nothing was allocated for it.
+    /// An input or a working set exceeds a documented limit; nothing was allocated for it.
     #[error("{what} is {value}, above the limit of {limit}; {fix}")]
     TooLarge {
-        /// What is too large.
+        /// The quantity that is too large.
         what: String,
-        /// The value seen.
+        /// The offending value.
         value: u64,
         /// The limit.
         limit: u64,
-        /// What the user can do.
+        /// Suggested fix.
         fix: String,
     },
-    /// The GPU is missing, was refused or failed.
+    /// The GPU is missing, was rejected or failed.
     #[error("GPU: {reason}; {fix}")]
     Gpu {
-        /// What happened.
+        /// The failure.
         reason: String,
-        /// What the user can do.
+        /// Suggested fix.
         fix: String,
     },
-    /// The caller asked to stop.
+    /// The caller requested cancellation.
     #[error("interrupted; every file is whole or as it was")]
     Interrupted,
 }
 
 impl Error {
-    /// An [`Error::Io`] for `path`.
+    /// Creates an [`Error::Io`] for `path`.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         Self::Io { path: path.as_ref().to_path_buf(), source }
     }
 
-    /// An [`Error::InvalidOption`] for `field`.
+    /// Creates an [`Error::InvalidOption`] for `field`.
     pub fn invalid(field: impl Into<Cow<'static, str>>, value: impl Display, allowed: impl Into<String>) -> Self {
         Self::InvalidOption { field: field.into(), value: value.to_string(), allowed: allowed.into() }
     }
 
-    /// An [`Error::Unreadable`] for `path`.
+    /// Creates an [`Error::Gpu`] whose fix is the CPU.
+    pub fn gpu(reason: impl Into<String>) -> Self {
+        Self::Gpu { reason: reason.into(), fix: "use the CPU: `CpuFragments`".into() }
+    }
+
+    /// Creates an [`Error::Unreadable`] for `path`.
     pub fn unreadable(path: impl AsRef<Path>, reason: impl Into<String>, fix: impl Into<String>) -> Self {
         Self::Unreadable { path: path.as_ref().to_path_buf(), reason: reason.into(), fix: fix.into() }
     }
 }
 
-/// What the system said with the fix; an error that was made in this crate names its own.
+/// The operating system's message followed by a fix. Errors created by this crate already contain
+/// one.
 fn told(source: &std::io::Error) -> String {
     let fix = match source.kind() {
         _ if source.get_ref().is_some() => return source.to_string(),
         ErrorKind::NotFound => "check the name",
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "change its permissions or name another place",
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
-            "make room or name another place"
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "change its permissions or choose another location"
         }
-        ErrorKind::IsADirectory => "name a file in it",
-        _ => "see that the file and its disk are sound",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "make room or choose another location"
+        }
+        ErrorKind::IsADirectory => "name a file inside it",
+        _ => "check that the file and its disk are intact",
     };
     format!("{source}; {fix}")
 }
 
-/// Checks that `value` lies within `range`; NaN does not.
+/// Checks that `value` is within `range`; NaN never is.
 ///
 /// # Errors
-/// [`Error::InvalidOption`] that names `field`.
+/// [`Error::InvalidOption`] naming `field`.
 pub(crate) fn check_range<T: PartialOrd + Display>(
     field: impl Into<Cow<'static, str>>,
     value: T,
@@ -151,5 +162,5 @@ pub(crate) fn check_range<T: PartialOrd + Display>(
     Err(Error::invalid(field, value, format!("from {} to {}", range.start(), range.end())))
 }
 
-/// Result with this crate's [`Error`].
+/// A `Result` with this crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;

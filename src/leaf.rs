@@ -1,4 +1,4 @@
-//! What one leaf is made of: vertices, and ranges into the arrays of the plant or model that owns it.
+//! Geometry of one leaf: vertices, and ranges into the arrays of the plant or model that owns it.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,34 +8,35 @@ use serde::{Deserialize, Serialize};
 pub struct Vertex {
     /// Position in the plant's space and units (glTF: metres, +Y up, right-handed).
     pub position: [f32; 3],
-    /// Unit normal; the face's own where the file gave none.
+    /// Unit normal; the face normal if the file has none.
     pub normal: [f32; 3],
-    /// Texture coordinates, texture transform already applied; (0, 0) is the first texel's corner.
+    /// Texture coordinates with the texture transform applied; (0, 0) is the first texel's corner.
     pub uv: [f32; 2],
-    /// Linear colour factor, as in glTF's `COLOR_0`; may exceed 1. White where the file gave none.
+    /// Linear colour factor, as in glTF's `COLOR_0`; may exceed 1. White if the file has none.
     pub color: [f32; 4],
 }
 
-/// The geometry of one leaf: where it lies in the arrays of its owner and how it is attached.
+/// Geometry of one leaf: its ranges in the owner's arrays, pivot and material.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LeafGeometry {
     /// First and one-past-last vertex.
     pub vertices: [u32; 2],
-    /// First and one-past-last index; three per triangle, each an absolute vertex number.
+    /// First and one-past-last index; three per triangle, each an absolute vertex index.
     pub indices: [u32; 2],
-    /// The fixed point when the leaf is scaled: where it is attached if the mesh tells, else its centroid.
+    /// Fixed point of scaling: the leaf's attachment point if the mesh reveals it, else its
+    /// centroid.
     pub pivot: [f32; 3],
     /// Index into the owner's materials.
     pub material: u32,
 }
 
 impl LeafGeometry {
-    /// The vertex range for slicing.
+    /// Vertex range for slicing.
     pub fn vertex_range(&self) -> std::ops::Range<usize> {
         self.vertices[0] as usize..self.vertices[1] as usize
     }
 
-    /// The index range for slicing.
+    /// Index range for slicing.
     pub fn index_range(&self) -> std::ops::Range<usize> {
         self.indices[0] as usize..self.indices[1] as usize
     }

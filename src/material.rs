@@ -1,35 +1,37 @@
-//! Materials and the textures they name, kept as the encoded bytes of the source file.
+//! Materials, and their textures stored as the encoded bytes of the source file.
 
 use serde::{Deserialize, Serialize};
 
 #[cfg(feature = "textures")]
 mod decode;
+#[cfg(feature = "software")]
+pub(crate) mod encode;
 
-/// How a material's alpha is read (glTF `alphaMode`).
+/// How a material's alpha is interpreted (glTF `alphaMode`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum AlphaMode {
     /// Alpha is ignored.
     #[default]
     Opaque,
-    /// Covered where alpha >= the cutoff.
+    /// Texels with alpha >= the cutoff are covered.
     Mask,
-    /// Blended; where a yes or no is needed it counts as covered from alpha 0.5.
+    /// Alpha-blended. Where a binary decision is needed, the cutoff is 0.5.
     Blend,
 }
 
-/// What a texture does outside 0..1 (glTF sampler `wrapS`, `wrapT`).
+/// Texture wrapping outside 0..1 (glTF sampler `wrapS`, `wrapT`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Wrap {
-    /// Repeats.
+    /// The texture repeats.
     #[default]
     Repeat,
-    /// Repeats, every other time mirrored.
+    /// The texture repeats and every other copy is mirrored.
     Mirror,
-    /// The edge texel goes on.
+    /// The edge texel extends outwards.
     Clamp,
 }
 
-/// Surface of foliage or wood: the part of glTF's metallic-roughness model that foliage needs.
+/// Surface of foliage or wood: the subset of glTF's metallic-roughness model that foliage needs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Name in the source file; may be empty.
@@ -40,11 +42,11 @@ pub struct Material {
     pub texture: Option<u32>,
     /// Wrap mode along u and v.
     pub wrap: [Wrap; 2],
-    /// How alpha is read.
+    /// How alpha is interpreted.
     pub alpha_mode: AlphaMode,
-    /// Alpha from which a masked texel covers; 0.5 unless the file says otherwise.
+    /// Alpha cutoff of a masked material; 0.5 unless the file specifies another.
     pub alpha_cutoff: f32,
-    /// Both sides are drawn.
+    /// Whether both sides are drawn.
     pub double_sided: bool,
 }
 
@@ -63,7 +65,7 @@ impl Default for Material {
 }
 
 impl Material {
-    /// The alpha from which a texel covers, or `None` where alpha is ignored.
+    /// Alpha at or above which a texel is covered, or `None` if alpha is ignored.
     pub fn cutoff(&self) -> Option<f32> {
         match self.alpha_mode {
             AlphaMode::Opaque => None,
@@ -78,33 +80,33 @@ impl Material {
 pub enum TextureFormat {
     /// PNG.
     Png,
-    /// JPEG: has no alpha.
+    /// JPEG, which has no alpha.
     Jpeg,
     /// WebP.
     Webp,
 }
 
-/// An image as the source file held it.
+/// An image, still encoded as in the source file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Texture {
     /// Name in the source file; may be empty.
     pub name: String,
-    /// How `bytes` are encoded.
+    /// Encoding of `bytes`.
     pub format: TextureFormat,
     /// The encoded image.
     pub bytes: Vec<u8>,
 }
 
-/// A decoded texture: sRGB colour and linear alpha, 8 bits each, rows from the top.
+/// A decoded texture: sRGB colour and linear alpha, 8 bits per channel, top row first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pixels {
-    /// Texels in a row.
+    /// Width in texels.
     pub width: u32,
-    /// Rows.
+    /// Height in texels.
     pub height: u32,
     /// `4 * width * height` bytes.
     pub rgba: Vec<u8>,
 }
 
-/// Greatest width and height that a texture may have: what every wgpu adapter takes.
+/// Maximum width and height of a texture: the size that every wgpu adapter supports.
 pub const MAX_TEXTURE_SIDE: u32 = 8192;

@@ -1,19 +1,20 @@
-//! How much memory there is to take, so that what would take more is refused before the work.
+//! Available memory, so that work that would need more can be rejected before it starts.
 
 use sysinfo::{MemoryRefreshKind, System};
 
 /// Bytes in a megabyte.
 pub const MEGABYTE: u64 = 1_000_000;
 
-/// Megabytes that may be taken: `max_mb`, or what [`available_bytes`] tells where that is `None`.
+/// Memory limit in megabytes: `max_mb` if set, else [`available_bytes`].
 pub(crate) fn limit_mb(max_mb: Option<u64>) -> Option<u64> {
     max_mb.or_else(|| available_bytes().map(|bytes| bytes / MEGABYTE))
 }
 
-/// Bytes that this process may take without swapping: what the machine has available, and no more than the limit of the
-/// container (control group of Linux) that it runs in leaves. `None` where the system does not tell.
+/// Bytes that this process can allocate without swapping: the machine's available memory, capped by
+/// what remains of the container's limit (Linux control group). `None` if the system does not
+/// report it.
 ///
-/// Limits: a control group is seen where it is mounted as the root, as containers do it.
+/// Limits: a control group is detected only where it is mounted as the root, as containers do.
 pub fn available_bytes() -> Option<u64> {
     let mut system = System::new();
     system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());

@@ -1,4 +1,5 @@
-//! A plant: foliage cut into leaves, wood, materials and textures. What import and growth give and simplification takes.
+//! A plant: foliage cut into leaves, wood, materials and textures. The output of import and growth,
+//! and the input of simplification.
 
 use crate::{
     Error, Result,
@@ -12,28 +13,28 @@ mod canonical;
 #[cfg(feature = "simplify")]
 pub(crate) use canonical::canonical;
 
-/// Most leaves that a plant may have: an index and a generation fit 32 bits everywhere.
+/// Maximum number of leaves in a plant: an index and a generation always fit into 32 bits.
 pub const MAX_LEAVES: usize = 1 << 22;
-/// Most vertices, and most indices, that foliage or wood may have.
+/// Maximum number of vertices, and of indices, in foliage or in wood.
 pub const MAX_ELEMENTS: usize = 1 << 27;
 
-/// Part of the wood with one material.
+/// A part of the wood that uses one material.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WoodPart {
-    /// First and one-past-last index of [`Wood::indices`].
+    /// First and one-past-last position in [`Wood::indices`].
     pub indices: [u32; 2],
     /// Index into the owner's materials.
     pub material: u32,
 }
 
-/// Everything of a plant that is not a leaf: drawn, never pruned.
+/// Everything in a plant that is not a leaf: drawn but never pruned.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Wood {
     /// Vertices.
     pub vertices: Vec<Vertex>,
-    /// Three per triangle.
+    /// Vertex indices, three per triangle.
     pub indices: Vec<u32>,
-    /// Parts by material, in index order, without gaps.
+    /// Parts by material, in index order and without gaps.
     pub parts: Vec<WoodPart>,
 }
 
@@ -47,25 +48,31 @@ impl Wood {
 /// One tree or bush: foliage and wood.
 ///
 /// Invariants, checked by [`Plant::validate`]:
-/// 1. Leaves lie one after another: leaf 0 starts at vertex 0 and index 0, each next one where the last ended, the last
-///    ends where the arrays end.
-/// 2. Every leaf has at least one triangle, its index count is a multiple of 3, and its indices stay within its vertices.
+/// 1. Leaves are contiguous: leaf 0 starts at vertex 0 and index 0, each leaf starts where the
+///    previous one ends, and the last leaf ends at the end of the arrays.
+/// 2. Every leaf has at least one triangle, its index count is a multiple of 3, and its indices
+///    refer to its own vertices.
 /// 3. Every position, normal, uv, colour, pivot and material factor is finite.
-/// 4. Every material index of leaves and wood, and every texture index of materials, exists.
-/// 5. Wood parts lie one after another over all wood indices, in multiples of 3, and those stay within the wood's vertices.
-/// 6. Counts stay within [`MAX_LEAVES`] and [`MAX_ELEMENTS`].
+/// 4. Every material index of leaves and wood, and every texture index of materials, is valid.
+/// 5. Wood parts are contiguous and cover all wood indices, each part's index count is a multiple
+///    of 3, and the indices refer to the wood's vertices.
+/// 6. Counts do not exceed [`MAX_LEAVES`] and [`MAX_ELEMENTS`].
 ///
-/// A plant may have no leaf at all; simplification refuses it.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Plant {
+/// A plant without leaves is valid, but simplification rejects it.
+pub type Plant = PlantOf<LeafGeometry>;
+
+/// Foliage and wood, each leaf a record `L`: [`LeafGeometry`] in a [`Plant`], a leaf with its swap
+/// record in a [`FoliageModel`](crate::FoliageModel).
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlantOf<L> {
     /// Name, for messages and metadata.
     pub name: String,
     /// Leaf vertices, leaf after leaf.
     pub vertices: Vec<Vertex>,
-    /// Leaf indices, leaf after leaf, absolute.
+    /// Leaf indices, leaf after leaf, as absolute vertex indices.
     pub indices: Vec<u32>,
-    /// The leaves, in the order of the source.
-    pub leaves: Vec<LeafGeometry>,
+    /// The leaves: of a plant in source order, of a model in drawing order.
+    pub leaves: Vec<L>,
     /// Trunk and branches.
     pub wood: Wood,
     /// Materials of leaves and wood.
@@ -75,7 +82,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Appends a leaf. `indices` count from 0 within `vertices`.
+    /// Appends a leaf. `indices` are relative to `vertices`.
     pub fn push_leaf(&mut self, vertices: &[Vertex], indices: &[u32], pivot: [f32; 3], material: u32) {
         let first_vertex = self.vertices.len() as u32;
         let first_index = self.indices.len() as u32;
@@ -89,17 +96,43 @@ impl Plant {
         });
     }
 
-    /// Triangles of all leaves.
+    /// Checks every numbered invariant of the type.
+    ///
+    /// # Errors
+    /// [`Error::InvalidPlant`] with the number of the first violated invariant.
+    pub fn validate(&self) -> Result<()> {
+        self.parts()
+            .validate(self.leaves.iter().cloned())
+            .map_err(|Broken { invariant, what }| Error::InvalidPlant { invariant, what })
+    }
+}
+
+impl<L> Default for PlantOf<L> {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            vertices: Vec::new(),
+            indices: Vec::new(),
+            leaves: Vec::new(),
+            wood: Wood::default(),
+            materials: Vec::new(),
+            textures: Vec::new(),
+        }
+    }
+}
+
+impl<L> PlantOf<L> {
+    /// Number of triangles in all leaves.
     pub fn leaf_triangles(&self) -> usize {
         self.indices.len() / 3
     }
 
-    /// Box around foliage and wood.
+    /// Bounding box of foliage and wood.
     pub fn aabb(&self) -> Aabb {
         Aabb::of_points(self.positions())
     }
 
-    /// Sphere around foliage and wood.
+    /// Bounding sphere of foliage and wood.
     pub fn sphere(&self) -> Sphere {
         Sphere::of_points(self.positions())
     }
@@ -108,17 +141,7 @@ impl Plant {
         self.vertices.iter().chain(&self.wood.vertices).map(|vertex| vertex.position)
     }
 
-    /// Checks every numbered invariant of the type.
-    ///
-    /// # Errors
-    /// [`Error::InvalidPlant`] with the number of the first one broken.
-    pub fn validate(&self) -> Result<()> {
-        self.parts()
-            .validate(self.leaves.iter().cloned())
-            .map_err(|Broken { invariant, what }| Error::InvalidPlant { invariant, what })
-    }
-
-    fn parts(&self) -> Parts<'_> {
+    pub(crate) fn parts(&self) -> Parts<'_> {
         Parts {
             vertices: &self.vertices,
             indices: &self.indices,
@@ -129,7 +152,7 @@ impl Plant {
     }
 }
 
-/// An invariant by its number, and what was found instead.
+/// Number of a violated invariant, and a description of the violation.
 pub(crate) struct Broken {
     pub(crate) invariant: u8,
     pub(crate) what: String,
@@ -137,12 +160,12 @@ pub(crate) struct Broken {
 
 pub(crate) type Checked = std::result::Result<(), Broken>;
 
-/// Fails as [`Broken`] unless the invariant holds.
+/// Returns [`Broken`] unless the invariant holds.
 pub(crate) fn check(invariant: u8, holds: bool, what: impl FnOnce() -> String) -> Checked {
     if holds { Ok(()) } else { Err(Broken { invariant, what: what() }) }
 }
 
-/// The arrays that plants and models share, and the check of [`Plant`]'s invariants on them.
+/// The arrays that plants and models have in common, for checking [`Plant`]'s invariants on either.
 pub(crate) struct Parts<'a> {
     pub(crate) vertices: &'a [Vertex],
     pub(crate) indices: &'a [u32],
@@ -152,7 +175,7 @@ pub(crate) struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// Checks invariants 1 to 6 of [`Plant`] for these arrays and the leaves that lie in them.
+    /// Checks invariants 1 to 6 of [`Plant`] for these arrays and their `leaves`.
     pub(crate) fn validate(&self, leaves: impl ExactSizeIterator<Item = LeafGeometry> + Clone) -> Checked {
         self.validate_counts(leaves.len())?;
         self.validate_leaves(leaves.clone())?;
@@ -179,7 +202,7 @@ impl Parts<'_> {
             let indices = &self.indices[leaf.index_range()];
             let stay_within = indices.iter().all(|i| (leaf.vertices[0]..leaf.vertices[1]).contains(i));
             check(2, !indices.is_empty() && indices.len().is_multiple_of(3) && stay_within, || {
-                format!("leaf {i} has {} indices, some beyond its vertices or none", indices.len())
+                format!("leaf {i}: its {} indices do not form triangles of its own vertices", indices.len())
             })?;
             [vertex, index] = [leaf.vertices[1], leaf.indices[1]];
         }
@@ -213,7 +236,9 @@ impl Parts<'_> {
         for part in &self.wood.parts {
             let [start, end] = part.indices;
             let sound = start == at && end >= start && (end - start).is_multiple_of(3);
-            check(5, sound, || format!("wood part {:?} follows index {at}", part.indices))?;
+            check(5, sound, || {
+                format!("wood part {:?} must start at index {at} and hold whole triangles", part.indices)
+            })?;
             at = end;
         }
         check(5, at as usize == self.wood.indices.len(), || format!("wood parts end at index {at}"))?;

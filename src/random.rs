@@ -1,13 +1,14 @@
-//! Random numbers: SplitMix64, the same on every machine.
+//! Random numbers from SplitMix64, identical on every machine.
 //!
-//! After Sebastiano Vigna, "An experimental exploration of Marsaglia's xorshift generators, scrambled" (2014), whose
-//! seeding generator is SplitMix64: a Weyl sequence through Stafford's 13th variant of the MurmurHash3 finaliser.
+//! After Sebastiano Vigna, "An experimental exploration of Marsaglia's xorshift generators,
+//! scrambled" (2014), which uses SplitMix64 for seeding: a Weyl sequence passed through Stafford's
+//! 13th variant of the MurmurHash3 finaliser.
 //!
-//! Limits: 64 bits of state; not for secrets.
+//! Limits: 64 bits of state; not cryptographically secure.
 
-/// Increment of the Weyl sequence: 2^64 over the golden ratio, made odd.
+/// Increment of the Weyl sequence: 2^64 divided by the golden ratio, made odd.
 const GOLDEN_GAMMA: u64 = 0x9E37_79B9_7F4A_7C15;
-/// 2^-24: turns the upper 24 bits of a draw into a float in [0, 1) that f32 holds exactly.
+/// 2^-24: maps the upper 24 bits of a draw to a value in [0, 1) that f32 represents exactly.
 #[cfg(feature = "simplify")]
 const UNIT: f32 = 1.0 / 16_777_216.0;
 
@@ -18,42 +19,42 @@ pub(crate) struct Random {
 }
 
 impl Random {
-    /// The stream of `seed`.
+    /// Starts the stream for `seed`.
     pub fn new(seed: u64) -> Self {
         Self { state: mix(seed ^ GOLDEN_GAMMA) }
     }
 
-    /// The stream of the `index`-th part of `seed`: neighbours share nothing visible.
+    /// Starts the stream for part `index` of `seed`. Streams of neighbouring parts look unrelated.
     #[cfg(feature = "simplify")]
     pub fn of_part(seed: u64, index: u64) -> Self {
         Self::new(mix(seed).wrapping_add(mix(index.wrapping_add(1))))
     }
 
-    /// The next 64 bits.
+    /// Returns the next 64 bits.
     pub fn bits(&mut self) -> u64 {
         self.state = self.state.wrapping_add(GOLDEN_GAMMA);
         mix(self.state)
     }
 
-    /// Uniform in [0, 1).
+    /// Returns a uniform value in [0, 1).
     #[cfg(feature = "simplify")]
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 * UNIT
     }
 
-    /// Uniform in [-1, 1).
+    /// Returns a uniform value in [-1, 1).
     #[cfg(feature = "simplify")]
     pub fn signed(&mut self) -> f32 {
         2.0 * self.unit() - 1.0
     }
 
-    /// Uniform in [-1, 1), in steps of 2^-52.
+    /// Returns a uniform value in [-1, 1), in steps of 2^-52.
     #[cfg(feature = "scene")]
     pub fn wide_signed(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// `value` +- `variation`, uniform.
+    /// Returns a uniform value in `value` ± `variation`.
     #[cfg(feature = "simplify")]
     pub fn vary(&mut self, value: f32, variation: f32) -> f32 {
         value + variation * self.signed()

@@ -1,16 +1,17 @@
-//! The sRGB transfer curve (IEC 61966-2-1), the same on every machine.
+//! The sRGB transfer curve (IEC 61966-2-1), identical on every machine, and the luminance of its
+//! primaries.
 
-/// Linear value of an sRGB-encoded one, both 0 to 1.
+/// Linear value of an sRGB-encoded value, both from 0 to 1.
 pub(crate) fn linear(encoded: f32) -> f32 {
     if encoded <= 0.04045 { encoded / 12.92 } else { libm::powf((encoded + 0.055) / 1.055, 2.4) }
 }
 
-/// Linear value of each byte.
+/// Linear values of all 256 sRGB-encoded bytes.
 pub(crate) fn linear_bytes() -> [f32; 256] {
     std::array::from_fn(|byte| linear(byte as f32 / 255.0))
 }
 
-/// The sRGB-encoded value of a linear one; what lies outside of 0 to 1 is clipped.
+/// sRGB-encoded value of a linear value, which is clamped to 0 to 1.
 pub(crate) fn encoded(linear: f32) -> f32 {
     let c = linear.clamp(0.0, 1.0);
     if c <= 0.0031308 { 12.92 * c } else { 1.055 * libm::powf(c, 1.0 / 2.4) - 0.055 }

@@ -1,14 +1,13 @@
-//! The same plant and options give the same bytes.
+//! The same plant and options produce the same bytes.
 #![cfg(feature = "simplify")]
 
 mod common;
 
 use common::plants::{self, Random};
 use foliage_lod::{
-    Plant,
+    FoliageModel, Plant,
     grow::{GrowOptions, Species, grow},
-    model::FoliageModel,
-    simplify::{Compensate, Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    simplify::{Compensate, CpuFragments, Quiet, SimplifyOptions, simplify},
 };
 
 fn model_by(plant: &Plant, threads: usize, options: &SimplifyOptions) -> FoliageModel {
@@ -24,7 +23,7 @@ fn bytes(plant: &Plant, threads: usize) -> Vec<u8> {
     model(plant, threads).to_bytes().unwrap()
 }
 
-/// Every kind of leaf.
+/// One plant for each kind of leaf.
 fn all_plants() -> [Plant; 6] {
     [
         plants::quads(400, 3.0, 11),
@@ -85,7 +84,7 @@ fn the_order_of_triangles_and_vertices_within_a_leaf_has_no_influence() {
 
 #[test]
 fn hidden_leaves_go_first_and_add_nothing() {
-    // A small cloud within a closed shell of large cards.
+    // A small cloud inside a closed shell of large cards.
     let mut plant = plants::quads(100, 0.5, 21);
     plant.vertices.iter_mut().for_each(|v| v.position = v.position.map(|x| x * 0.2));
     plant.leaves.iter_mut().for_each(|leaf| leaf.pivot = leaf.pivot.map(|x| x * 0.2));
@@ -117,17 +116,18 @@ fn one_leaf_and_two_leaves_make_models() {
     }
 }
 
-/// CRC-32 of each embedded species' model of 300 leaves with presets paper and balanced.
+/// CRC-32 of each embedded species' 300-leaf model with the presets `paper` and `balanced`.
 const MODELS: [(&str, [u32; 2]); 3] = [
     ("english-oak", [0x0fd1_8006, 0x26c9_f8d6]),
     ("carya-illinoinensis", [0x7f26_2945, 0x5dac_56c2]),
     ("betula-populifolia", [0x5917_de39, 0x1a33_6808]),
 ];
 
-/// Another machine, number of threads or build that gives other bytes fails here.
+/// Fails if another machine, number of threads or build produces different bytes.
 ///
-/// Where the format, a species or the method changes on purpose, or the encoder of the leaf pictures: look at pictures of the
-/// new models, put the numbers that this test prints into [`MODELS`], and say in the changelog that models change.
+/// If the format, a species, the method or the encoder of the leaf textures changes on purpose:
+/// look at pictures of the new models, copy the numbers that this test prints into [`MODELS`], and
+/// note in the changelog that models change.
 #[test]
 fn models_of_the_embedded_species_are_the_same_on_every_machine() {
     let found = MODELS.map(|(name, _)| {

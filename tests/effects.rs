@@ -1,28 +1,20 @@
-//! Effects on the GPU: what is not called for does not exist, what is skipped cannot be seen, and the CPU draws the same.
+//! Effects on the GPU: a disabled effect has no buffers, passes or shader code, skipping distant
+//! plants is invisible, and the CPU renderer draws the same picture.
 //!
-//! Without an adapter the tests say so and pass; with `FOLIAGE_REQUIRE_ADAPTER=1` they fail.
+//! Without an adapter the tests print a note and pass; with `FOLIAGE_REQUIRE_ADAPTER=1` they fail.
 #![cfg(all(feature = "render", feature = "simplify"))]
 
 mod common;
 
 use common::gpu::{difference, gpu};
 use foliage_lod::{
-    effects::{Contrast, Count, CrownNormals, Effects, Fade, FadeBy, Shadow, Sky, Translucency, Wind, wind::Shape},
+    FoliageModel, FoliageRenderer, Frame, Instance, Look, LookAt,
+    draw::{Ground, Lighting, ModelId, Prepared, Variant},
+    effects::{Contrast, Count, CrownNormals, Effects, Fade, FadeBy, Shadow, Sky, Translucency, Wind, WindShape},
+    gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
-    model::{FoliageModel, Timeline},
-    render::{
-        camera::Camera,
-        device::GpuDevice,
-        foliage::{FoliageRenderer, Frame, Instance, ModelId, Prepared},
-        image::Image,
-        landscape_pass::Ground,
-        light::Lighting,
-        look::{Look, Variant},
-        offscreen::{Offscreen, TARGET},
-        software::{Background, DrawList, DrawOptions, Drawn, Painter, Placed, Tone, mean_leaf_color},
-    },
-    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
-    stochastic::contrast,
+    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
+    software::{Image, SoftwareRenderer},
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -36,9 +28,9 @@ fn birch(leaves: u32) -> FoliageModel {
     simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model
 }
 
-fn camera(model: &FoliageModel, factor: f64) -> Camera {
+fn camera(model: &FoliageModel, factor: f64) -> LookAt {
     let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
-    Camera::framing(&model.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.8, factor).with_aspect(aspect)
+    LookAt::framing(&model.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.8, factor).with_aspect(aspect)
 }
 
 struct Stage {
@@ -53,13 +45,13 @@ impl Stage {
         let gpu = gpu()?;
         let target = Offscreen::new(&gpu, SIZE).unwrap();
         let look = Look { effects, ..Look::default() };
-        let mut foliage = FoliageRenderer::with_look(gpu.device(), TARGET, look);
+        let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, look).unwrap();
         let model = foliage.add_model(gpu.device(), gpu.queue(), model).unwrap();
         Some(Self { gpu, target, foliage, model })
     }
 
-    fn draw(&mut self, camera: &Camera, active: f32) -> (Image, Prepared) {
-        let frame = Frame::new(camera, SIZE[1]).at(SECONDS);
+    fn draw(&mut self, camera: &LookAt, active: f32) -> (Image, Prepared) {
+        let frame = Frame::new(&camera.camera(SIZE[1])).at(SECONDS);
         let instance = Instance::new(self.model, DAffine3::IDENTITY, active);
         let prepared = self.foliage.prepare(self.gpu.device(), self.gpu.queue(), frame, &[instance]).unwrap();
         (self.target.picture(&self.foliage).unwrap(), prepared)
@@ -78,35 +70,20 @@ fn all() -> Effects {
     }
 }
 
-/// What the CPU makes of the same effects.
-fn painted(model: &FoliageModel, effects: &Effects, camera: &Camera, active: f32) -> Image {
-    let look = Look { effects: *effects, ..Look::default() };
-    let lighting = look.lighting();
-    let leaves = model.leaves.len() as u32;
-    let fade = effects.fade.unwrap_or(Fade { half_width: 0.0, ..Fade::default() });
-    let transition = fade.transition(f64::from(active), leaves);
-    let timeline = Timeline::new(model);
-    let list = DrawList::of_drawn(model, &timeline, &Drawn { transition, by: fade.by, leaf_scale: 1.0 });
-    let tone = effects.contrast.map(|_| Tone {
-        kept: contrast::kept(f64::from(active) / f64::from(leaves)) as f32,
-        mean: mean_leaf_color(model, &lighting).unwrap(),
-    });
-    let corners = model.vertices.iter().chain(&model.wood.vertices).map(|vertex| vertex.position);
-    let shape = Shape::new(&foliage_lod::bounds::Aabb::of_points(corners));
-    let sway = effects.wind.map(|wind| wind.at(SECONDS).sway(&shape, &DAffine3::IDENTITY));
-    let placed = Placed { tone, sway, ..Placed::new(&list, DAffine3::IDENTITY) };
-    let background = look.landscape().map_or(Background::Sky, Background::Landscape);
-    let options = DrawOptions { lighting, background, ..DrawOptions::default() };
-    let painter = Painter::new(&model.materials, &model.textures).unwrap();
-    painter.draw_placed(&[placed], camera, SIZE, &options).unwrap()
+/// Draws the model with the same effects on the CPU.
+fn painted(model: &FoliageModel, effects: &Effects, camera: &LookAt, active: f32) -> Image {
+    let mut foliage = SoftwareRenderer::new(Look { effects: *effects, ..Look::default() }).unwrap();
+    let id = foliage.add_model(model).unwrap();
+    let frame = Frame::new(&camera.camera(SIZE[1])).at(SECONDS);
+    foliage.draw(frame, &[Instance::new(id, DAffine3::IDENTITY, active)], SIZE).unwrap().image
 }
 
 #[test]
 fn each_effect_shows_and_the_cpu_draws_it_as_the_gpu_does() {
     let model = birch(900);
-    // Against the sun.
+    // Backlit: the camera looks towards the sun.
     let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
-    let camera = Camera::framing(&model.sphere(), DVec3::new(-0.5, 0.1, -0.5), 0.8, 1.0).with_aspect(aspect);
+    let camera = LookAt::framing(&model.sphere(), DVec3::new(-0.5, 0.1, -0.5), 0.8, 1.0).with_aspect(aspect);
     let Some(mut plain) = Stage::new(&model, Effects::default()) else { return };
     let (without, _) = plain.draw(&camera, 300.0);
     for (name, effects) in all().each().chain([("all", all())]) {
@@ -118,9 +95,10 @@ fn each_effect_shows_and_the_cpu_draws_it_as_the_gpu_does() {
         }
         let (shown, _) = difference(&with, &without);
         let (mean, percentile) = difference(&with, &by_cpu);
-        println!("{name}: shows {shown:.2}, CPU differs by {mean:.2}, 95th percentile {percentile}");
-        assert!(shown > 0.1, "{name} does nothing");
-        // Four samples against sixteen, filtered levels against nearest ones. The CPU casts no shadows.
+        println!("{name}: changes the picture by {shown:.2}; CPU differs by {mean:.2}, 95th percentile {percentile}");
+        assert!(shown > 0.1, "{name} changes nothing");
+        // The GPU takes 4 samples per pixel and filters between mip levels; the CPU takes 16 and
+        // uses the nearest level. The CPU casts no shadows.
         let has_shadow = effects.shadow.is_some();
         assert!(has_shadow || mean < 3.0 && percentile < 48, "{name}: {mean} {percentile}");
         assert!(prepared.effects.named().all(|(_, count)| count.simulated > 0), "{name}: {:?}", prepared.effects);
@@ -128,14 +106,16 @@ fn each_effect_shows_and_the_cpu_draws_it_as_the_gpu_does() {
 }
 
 #[test]
-fn what_is_not_called_for_does_not_exist() {
+fn disabled_effects_have_no_buffers_passes_or_shader_code() {
     let model = birch(300);
     let camera = camera(&model, 1.0);
     let plain = Variant::default();
     let Some(mut none) = Stage::new(&model, Effects::default()) else { return };
     let (_, prepared) = none.draw(&camera, 100.0);
     assert_eq!(prepared.effects.named().count(), 0);
-    assert_eq!((none.foliage.effect_buffers(), none.foliage.compiled()), (vec![], [vec![plain], vec![plain]]));
+    let found = none.foliage.diagnostics();
+    assert!(found.effect_buffers.is_empty() && found.passes.is_empty() && found.effect_bytes == 0, "{found:?}");
+    assert_eq!([found.leaf_variants, found.wood_variants], [vec![plain], vec![plain]]);
     let expected = [
         ("fade", vec![], vec![plain, Variant { alpha: true, ..plain }], plain),
         ("contrast", vec!["tones"], vec![Variant { contrast: true, ..plain }], plain),
@@ -148,14 +128,15 @@ fn what_is_not_called_for_does_not_exist() {
     for ((name, effects), (_, buffers, leaves, wood)) in all().each().zip(expected) {
         let mut stage = Stage::new(&model, effects).unwrap();
         stage.draw(&camera, 100.0);
-        assert_eq!(stage.foliage.effect_buffers(), buffers, "{name}");
+        let found = stage.foliage.diagnostics();
+        assert_eq!(found.effect_buffers, buffers, "{name}");
         let passes = match name {
             "shadow" => vec!["shadow map"],
             "sky" => vec!["landscape"],
             _ => vec![],
         };
-        assert_eq!(stage.foliage.passes(), passes, "{name}");
-        assert_eq!(stage.foliage.compiled(), [leaves, vec![wood]], "{name}");
+        assert_eq!(found.passes, passes, "{name}");
+        assert_eq!([found.leaf_variants, found.wood_variants], [leaves, vec![wood]], "{name}");
     }
 }
 
@@ -174,7 +155,7 @@ fn an_effect_that_changes_nothing_leaves_every_bit() {
     for active in [400.0, 120.0, 17.0, 0.0] {
         let ((with, prepared), (without, _)) = (stage.draw(&camera, active), plain.draw(&camera, active));
         assert_eq!(prepared.effects.wind, Some(Count { simulated: 0, skipped: 1 }), "no wind, no simulation");
-        // Contrast mixes each colour with the mean; by nothing, but not to the last bit.
+        // Contrast mixes each colour with the mean; with strength 0 only rounding changes.
         assert!(difference(&with, &without).0 < 0.01, "{active}");
     }
     let still = Effects { contrast: None, ..idle };
@@ -188,10 +169,10 @@ fn far_plants_stand_still_and_nobody_sees_it() {
     let effects = Effects { wind: Some(Wind::default()), ..Effects::default() };
     let Some(gpu) = gpu() else { return };
     let look = Look { effects, ..Look::default() };
-    let mut foliage = FoliageRenderer::with_look(gpu.device(), TARGET, look);
+    let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, look).unwrap();
     let id = foliage.add_model(gpu.device(), gpu.queue(), &model).unwrap();
     let radius = model.sphere().radius;
-    // A row of plants into the distance.
+    // Plants receding into the distance.
     let plants: Vec<Instance> = (0..60)
         .map(|i| {
             let place = DVec3::new(f64::from(i % 5) - 2.0, 0.0, -f64::from(i)) * radius * 1.5;
@@ -201,22 +182,22 @@ fn far_plants_stand_still_and_nobody_sees_it() {
     let mut simulated = Vec::new();
     for away in [4.0, 50.0, 70.0, 100.0, 200.0] {
         let eye = model.sphere().center() + DVec3::new(0.0, 0.5, away) * radius;
-        let camera = Camera { eye, target: model.sphere().center(), ..camera(&model, 1.0) };
-        let frame = Frame::new(&camera, SIZE[1]).at(SECONDS);
+        let camera = LookAt { eye, target: model.sphere().center(), ..camera(&model, 1.0) };
+        let frame = Frame::new(&camera.camera(SIZE[1])).at(SECONDS);
         let prepared = foliage.prepare(gpu.device(), gpu.queue(), frame, &plants).unwrap();
         let Count { simulated: moved, skipped } = prepared.effects.wind.unwrap();
         assert_eq!(moved + skipped, 60);
         simulated.push(moved);
     }
-    println!("plants that move, ever farther away: {simulated:?}");
+    println!("animated plants, from near to far: {simulated:?}");
     assert!(simulated[0] == 60 && simulated[4] == 0 && simulated.windows(2).all(|pair| pair[0] > pair[1]));
 
-    // Rows decide what moves: a frame that claims to be taller simulates everything.
+    // The frame height decides which plants move: a frame that claims to be taller simulates all.
     let target = Offscreen::new(&gpu, SIZE).unwrap();
     let eye = model.sphere().center() + DVec3::new(0.0, 0.5, 70.0) * radius;
-    let camera = Camera { eye, target: model.sphere().center(), ..camera(&model, 1.0) };
+    let camera = LookAt { eye, target: model.sphere().center(), ..camera(&model, 1.0) };
     let mut draw = |height_px| {
-        let frame = Frame::new(&camera, height_px).at(SECONDS);
+        let frame = Frame::new(&camera.camera(height_px)).at(SECONDS);
         let prepared = foliage.prepare(gpu.device(), gpu.queue(), frame, &plants).unwrap();
         (target.picture(&foliage).unwrap(), prepared.effects.wind.unwrap())
     };
@@ -224,11 +205,11 @@ fn far_plants_stand_still_and_nobody_sees_it() {
     assert!(skipping.skipped > 10 && whole.skipped == 0, "{skipping:?} {whole:?}");
     let (mean, percentile) = difference(&some, &every);
     println!("skipping {} of 60 plants changes the picture by {mean:.4} of 255", skipping.skipped);
-    // Where it changes at all, by an edge that moves within its pixel.
+    // The only changes are edges that move within their pixel.
     assert!(mean < 0.1 && percentile <= 2, "{mean} {percentile}");
 }
 
-/// Mean brightness of the pixels in a part of the picture, rows from top to bottom.
+/// Mean brightness of the pixels in `rows`, counted from the top.
 fn brightness(image: &Image, rows: std::ops::Range<u32>) -> f64 {
     let pixels: Vec<[u8; 4]> =
         rows.flat_map(|y| (0..image.width).map(move |x| (x, y))).filter_map(|(x, y)| image.pixel(x, y)).collect();
@@ -244,8 +225,8 @@ fn shadows_fall_away_from_the_sun_on_the_ground_and_on_other_plants() {
     let height = f64::from(model.aabb().size().y);
     let foot = DVec3::new(0.0, f64::from(model.aabb().min[1]), 0.0);
     let ground = Ground { color: [0.5; 3], height: foot.y, haze: 1e6 };
-    // Looking straight down past the tree, with the sun low at -X.
-    let camera = Camera {
+    // Looking straight down at the tree, with the sun 45 degrees above the horizon towards -X.
+    let camera = LookAt {
         eye: foot + DVec3::new(0.0, 3.0 * height, 0.01),
         target: foot,
         up: DVec3::NEG_Z,
@@ -258,11 +239,11 @@ fn shadows_fall_away_from_the_sun_on_the_ground_and_on_other_plants() {
         let effects = Effects { shadow, ..Effects::default() };
         let lighting = Lighting { towards_sun, ..Lighting::default() };
         let look = Look { effects, ground: Some(ground), lighting, ..Look::default() };
-        let mut foliage = FoliageRenderer::with_look(gpu.device(), TARGET, look);
+        let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, look).unwrap();
         let id = foliage.add_model(gpu.device(), gpu.queue(), &model).unwrap();
         let plant = Instance::new(id, DAffine3::IDENTITY, 900.0);
         let behind = Instance { world_from_plant: DAffine3::from_translation(DVec3::Z * 40.0 * height), ..plant };
-        let frame = Frame::new(&camera, SIZE[1]);
+        let frame = Frame::new(&camera.camera(SIZE[1]));
         let prepared = foliage.prepare_with_casters(gpu.device(), gpu.queue(), frame, &[plant], &[plant, behind]);
         (target.picture(&foliage).unwrap(), prepared.unwrap().effects.shadow)
     };
@@ -274,7 +255,7 @@ fn shadows_fall_away_from_the_sun_on_the_ground_and_on_other_plants() {
         Image::side_by_side(&[lit.clone(), shaded.clone()], 4).write_png(path).unwrap();
     }
     assert_eq!((none, count), (None, Some(Count { simulated: 1, skipped: 1 })));
-    // The sun is to the left: the shadow falls to the right of the middle.
+    // The sun is on the left, so the shadow falls to the right of the centre.
     let side = |image: &Image, columns: std::ops::Range<u32>| {
         let mut part = Image::filled(columns.end - columns.start, SIZE[1], [0; 4]);
         for y in 0..SIZE[1] {
@@ -294,7 +275,7 @@ fn shadows_fall_away_from_the_sun_on_the_ground_and_on_other_plants() {
 fn leaves_stay_on_their_twigs() {
     let model = birch(2000);
     let corners = || model.vertices.iter().chain(&model.wood.vertices).map(|vertex| vertex.position);
-    let shape = Shape::new(&foliage_lod::bounds::Aabb::of_points(corners()));
+    let shape = WindShape::new(&foliage_lod::bounds::Aabb::of_points(corners()));
     let wind = Wind { strength: 0.1, branches: 0.02, gustiness: 1.0, ..Wind::default() };
     let wood: Vec<Vec3> = model.wood.vertices.iter().map(|vertex| vertex.position.into()).collect();
     let triangles: Vec<[Vec3; 3]> =
@@ -310,16 +291,17 @@ fn leaves_stay_on_their_twigs() {
             let apart = |(corners, weights): &([Vec3; 3], [f32; 3])| pivot.distance(point(*corners, *weights));
             let (corners, weights) = nearest.min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap();
             let moved = |point: Vec3| point + sway.offset(point);
-            // The twig's triangle stays flat: its point moves with its corners.
+            // The twig's triangle stays flat, so a point on it moves with its corners.
             let stretched = moved(pivot).distance(point(corners.map(moved), weights)) - apart(&(corners, weights));
             worst = worst.max(stretched.abs() / shape.height);
         }
     }
-    println!("a leaf and its twig part by at most {worst:.1e} of the height");
+    println!("a leaf and its twig separate by at most {worst:.1e} of the height");
     assert!(worst < 1e-4, "{worst}");
 }
 
-/// Weights of a triangle's corners at its point nearest to `p`: the foot of the perpendicular, or the best of the edges.
+/// Barycentric weights of the triangle's point nearest to `p`: the foot of the perpendicular, or
+/// the nearest point on an edge.
 fn nearest_weights(p: Vec3, [a, b, c]: [Vec3; 3]) -> [f32; 3] {
     let on_edge = |from: Vec3, to: Vec3| {
         let along = to - from;

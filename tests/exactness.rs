@@ -1,4 +1,5 @@
-//! The order equals that of the naive method, which draws and counts everything again for every candidate of every step.
+//! The pruning order equals that of the naive method, which redraws and recounts everything for
+//! every candidate at every step.
 #![cfg(feature = "simplify")]
 
 mod common;
@@ -9,10 +10,8 @@ use common::{
 };
 use foliage_lod::{
     Plant,
-    simplify::{
-        Compensate, Quiet, SimplifyOptions, appearance::Appearance, options::Criterion, order, raster::CpuFragments,
-        views::ViewSet,
-    },
+    internals::appearance::Appearance,
+    simplify::{Compensate, CpuFragments, Criterion, Quiet, SimplifyOptions, ViewSet, order},
 };
 use glam::DVec3;
 
@@ -21,14 +20,14 @@ fn assert_equals_naive(plant: &Plant, resolution: u32, background: bool, max_sca
     assert_equals_naive_with(plant, &options);
 }
 
-/// By pictures of 32 x 32.
+/// Compares the two methods with views of 32 x 32 pixels.
 fn assert_judged_as_naive(plant: &Plant, criterion: Criterion, compensate: Compensate) {
     let options = SimplifyOptions { resolution: 32, criterion, compensate, ..SimplifyOptions::paper() };
     assert_equals_naive_with(plant, &options);
 }
 
 fn assert_equals_naive_with(plant: &Plant, options: &SimplifyOptions) {
-    // Depths of a leaf that is not quite flat depend on which of its triangles comes first.
+    // The depths of a leaf that is not quite flat depend on which of its triangles comes first.
     let mut plant = plant.clone();
     plant.canonicalize();
     let plant = &plant;

@@ -1,4 +1,4 @@
-//! The examples run as a newcomer would run them. `cargo test` builds them beside the tests.
+//! Runs the examples as a newcomer would. `cargo test` builds them along with the tests.
 #![cfg(feature = "simplify")]
 
 use std::{path::Path, process::Command};
@@ -14,12 +14,16 @@ fn run(example: &str, folder: &Path) -> Result<String, String> {
 }
 
 #[test]
-fn extract_tells_fewer_leaves_with_every_step_away() {
-    let told = run("extract", tempfile::tempdir().unwrap().path()).unwrap();
+fn extract_prints_fewer_leaves_with_every_step_away() {
+    let printed = run("extract", tempfile::tempdir().unwrap().path()).unwrap();
     let active = |line: &str| line.split_whitespace().nth(2).unwrap().parse::<u32>().unwrap();
-    let counts: Vec<u32> = told.lines().map(active).collect();
-    assert_eq!((counts.len(), counts[0], counts[1]), (7, 800, counts[2]), "a trembling camera changes nothing: {told}");
-    assert!(counts.windows(2).all(|pair| pair[1] <= pair[0]) && counts[6] < 100, "{told}");
+    let counts: Vec<u32> = printed.lines().map(active).collect();
+    assert_eq!(
+        (counts.len(), counts[0], counts[1]),
+        (7, 800, counts[2]),
+        "a tiny camera movement changes nothing: {printed}"
+    );
+    assert!(counts.windows(2).all(|pair| pair[1] <= pair[0]) && counts[6] < 100, "{printed}");
 }
 
 #[cfg(feature = "render")]
@@ -27,8 +31,8 @@ fn extract_tells_fewer_leaves_with_every_step_away() {
 fn render_to_png_draws_three_trees() {
     let folder = tempfile::tempdir().unwrap();
     match run("render_to_png", folder.path()) {
-        Ok(told) => {
-            assert!(told.contains("of 3 trees in 2 draws"), "{told}");
+        Ok(printed) => {
+            assert!(printed.contains("of 3 trees in 2 draws"), "{printed}");
             assert_eq!(image::image_dimensions(folder.path().join("render_to_png.png")).unwrap(), (1024, 512));
         }
         Err(error) => {
@@ -36,4 +40,26 @@ fn render_to_png_draws_three_trees() {
             println!("skipped: {error}");
         }
     }
+}
+
+#[cfg(feature = "render")]
+#[test]
+fn in_your_pass_draws_half_of_the_leaves() {
+    match run("in_your_pass", tempfile::tempdir().unwrap().path()) {
+        Ok(printed) => assert!(printed.starts_with("6070 leaves in "), "{printed}"),
+        Err(error) => {
+            assert!(std::env::var_os("FOLIAGE_REQUIRE_ADAPTER").is_none(), "{error}");
+            println!("skipped: {error}");
+        }
+    }
+}
+
+#[test]
+fn the_snippet_in_the_readme_is_the_example() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let [readme, example] =
+        ["README.md", "examples/in_your_pass.rs"].map(|file| std::fs::read_to_string(root.join(file)).unwrap());
+    assert!(example.lines().count() <= 50);
+    let code = example.split_once("\n\n").unwrap().1;
+    assert!(readme.contains(&format!("```rust,no_run\n{code}```")), "README.md has another version");
 }

@@ -1,16 +1,16 @@
-//! Claims about walking between active counts, against oracles that replay the pruning from scratch.
+//! Tests of changing the active count, against oracles that replay the pruning from scratch.
 #![cfg(feature = "simplify")]
 
 use foliage_lod::{
-    Plant,
-    extract::{Swap, swap::BLOCK_LEAVES},
+    FoliageModel, Plant, Swap, Timeline,
+    extract::BLOCK_LEAVES,
     leaf::Vertex,
     material::Material,
-    model::{FoliageModel, Prune, Recipe, Timeline},
+    model::{Prune, Recipe},
 };
 use proptest::prelude::*;
 
-/// Numbers from a seed (xorshift64*).
+/// Pseudorandom numbers from a seed (xorshift64*).
 struct Random(u64);
 
 impl Random {
@@ -22,8 +22,9 @@ impl Random {
     }
 }
 
-/// A model of single triangles pruned in random order, each onto a random leaf that is left, which grows by a random
-/// factor or stays: chains, popular targets and enlarged leaves that are themselves removed.
+/// A model of single triangles pruned in random order. The target of each is a random remaining
+/// leaf, which grows by a random factor or keeps its size. This produces chains, targets of many
+/// leaves, and enlarged leaves that are pruned themselves.
 fn random_model(leaves: u32, seed: u64) -> FoliageModel {
     let mut random = Random(seed | 1);
     let mut plant = Plant { materials: vec![Material::default()], ..Plant::default() };
@@ -91,13 +92,13 @@ proptest! {
             let is_reported = |leaf: u32| ranges.iter().any(|range| range.contains(&leaf));
             for leaf in 0..leaves {
                 let is_same = swap.scales()[leaf as usize].to_bits() == before.scales()[leaf as usize].to_bits();
-                prop_assert!(is_same || is_reported(leaf), "leaf {} changed in silence", leaf);
+                prop_assert!(is_same || is_reported(leaf), "leaf {} changed without being reported", leaf);
             }
             let [low, high] = [n.min(before.active()), n.max(before.active())];
             let targets: Vec<u32> = model.leaves[low as usize..high as usize].iter().filter_map(|leaf| leaf.target())
                 .map(|target| target as u32 / BLOCK_LEAVES).collect();
             for block in ranges.iter().flat_map(|range| range.start / BLOCK_LEAVES..range.end.div_ceil(BLOCK_LEAVES)) {
-                prop_assert!(targets.contains(&block), "block {} reported for nothing", block);
+                prop_assert!(targets.contains(&block), "block {} reported without a change", block);
             }
         }
     }
@@ -134,7 +135,7 @@ fn timeline_equals_swap_for_every_count_of_2000_leaves() {
 fn timeline_equals_swap_at_1000_random_counts_of_the_oak() {
     use foliage_lod::{
         grow::{GrowOptions, Species, grow},
-        simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+        simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
     };
     let plant = grow(&Species::embedded("english-oak").unwrap(), &GrowOptions::default()).unwrap();
     let options = SimplifyOptions { resolution: 64, ..SimplifyOptions::paper() };
@@ -152,7 +153,7 @@ fn timeline_equals_swap_at_1000_random_counts_of_the_oak() {
         assert_eq!(differs, None, "at {n}");
     }
     swap.set_active(leaves / 10);
-    assert!(swap.scales().iter().any(|&scale| scale > 1.5), "an oak with enlarged leaves");
+    assert!(swap.scales().iter().any(|&scale| scale > 1.5), "the oak should have enlarged leaves");
 }
 
 #[test]

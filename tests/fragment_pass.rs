@@ -1,24 +1,20 @@
-//! Fragments from the GPU are those of the CPU rasteriser, none missing, none added, none twice.
+//! The GPU captures the same fragments as the CPU rasteriser: none missing, none extra, none twice.
 //!
-//! Without an adapter the tests say so and pass; with `FOLIAGE_REQUIRE_ADAPTER=1` they fail.
+//! Without an adapter the tests print a note and pass; with `FOLIAGE_REQUIRE_ADAPTER=1` they fail.
 #![cfg(all(feature = "render", feature = "simplify"))]
 
 mod common;
 
 use common::gpu::gpu;
 use foliage_lod::{
+    gpu::{GpuDevice, GpuFragments, GpuOptions},
+    internals::capture::MAX_FRAGMENTS_PER_JOB,
     material::Wrap,
-    render::{
-        device::{GpuDevice, GpuOptions},
-        fragment_pass::{GpuFragments, MAX_FRAGMENTS_PER_JOB},
-    },
-    simplify::{
-        fragments::{AlphaMask, AlphaTest, Coverage, FragmentSource, ViewTriangles},
-        raster::CpuFragments,
-    },
+    simplify::{AlphaMask, AlphaTest, Coverage, CpuFragments, FragmentSource, ViewTriangles},
 };
 
-/// A stream of numbers that is the same everywhere (Knuth's multiplier and increment).
+/// Pseudorandom numbers, the same on every machine (a linear congruential generator with Knuth's
+/// multiplier and increment).
 struct Random(u64);
 
 impl Random {
@@ -53,7 +49,9 @@ impl View {
         self.alpha.push(alpha);
     }
 
-    /// Quads of up to `size_px`, both triangles sharing the diagonal, with `mask` or none.
+    /// Adds `count` quads of two triangles that share the diagonal. Corners are up to `size_px`
+    /// from the middle along each axis. The quads cycle through the first `masks` masks; 0 means no
+    /// alpha test.
     fn quads(mut self, random: &mut Random, count: usize, size_px: i32, masks: u32) -> Self {
         let last = self.resolution as i32 * 256 - 128;
         let size = size_px * 256;
@@ -61,7 +59,7 @@ impl View {
             let middle = [random.between(-128, last), random.between(-128, last)];
             let mut corner = || middle.map(|m| (m + random.between(-size, size)).clamp(-128, last));
             let [a, b, c, d] = [corner(), corner(), corner(), corner()];
-            // A third on whole pixels, so that samples lie exactly on edges and corners.
+            // Snaps every third quad to the pixel grid, so that edges and corners hit samples.
             let snap = |p: [i32; 2]| {
                 if i % 3 == 0 { p.map(|v| (v + 128).div_euclid(256) * 256 - 128 * (i as i32 % 2)) } else { p }
             };
@@ -74,7 +72,8 @@ impl View {
     }
 }
 
-/// Texture coordinates that grow, shrink and turn over the triangle and run well beyond 0..1, with perspective.
+/// An alpha test with perspective whose texture coordinates are randomly scaled and rotated across
+/// the triangle and extend well beyond 0..1.
 fn test_for(random: &mut Random, middle: [i32; 2], mask: u32) -> AlphaTest {
     let mut slope = |scale: f32| (random.unit() - 0.5) * scale;
     AlphaTest {
@@ -107,7 +106,7 @@ fn sorted(source: &mut dyn FragmentSource, views: &[View]) -> Vec<Vec<Coverage>>
     out
 }
 
-/// Compares all views and returns how many fragments were compared.
+/// Compares all views and returns the number of fragments compared.
 fn assert_same(gpu: &GpuDevice, masks: &[AlphaMask], views: &[View]) -> usize {
     let mut on_gpu = GpuFragments::new(gpu).unwrap();
     let mut on_cpu = CpuFragments::new();
@@ -119,7 +118,7 @@ fn assert_same(gpu: &GpuDevice, masks: &[AlphaMask], views: &[View]) -> usize {
         let differing = || expected.iter().filter(|fragment| found.binary_search(fragment).is_err()).count();
         assert!(
             found == expected,
-            "view {i}: {} of {} fragments, {} missing",
+            "view {i}: {} fragments instead of {}, {} missing",
             found.len(),
             expected.len(),
             differing()
@@ -172,7 +171,7 @@ fn texture_coordinates_exactly_between_texels_fall_where_the_cpu_puts_them() {
     let mut between = view(64);
     for mask in 0..masks.len() as u32 {
         let [width, height] = [masks[mask as usize].width as f32, masks[mask as usize].height as f32];
-        // One texel a pixel, the pixel's centre on the border of two; q is not a power of two.
+        // One texel per pixel, with pixel centres on texel borders; q is not a power of two.
         let alpha = AlphaTest {
             u: [0.7 / width, 0.0, -14.0 / width],
             v: [0.0, 0.7 / height, -14.0 / height],
@@ -213,7 +212,7 @@ fn more_fragments_than_a_job_may_have_are_complete() {
         deep.push([[-128, -128], [whole, -128], [-128, whole]], AlphaTest::NONE);
         deep.push([[whole, -128], [whole, whole], [-128, whole]], AlphaTest::NONE);
     }
-    // Triangles on three pixel centres cover more than their area promises.
+    // Tiny triangles with a corner on a pixel centre cover more pixels than their area suggests.
     let mut dense = view(64);
     for _ in 0..20_000 {
         dense.push([[256, 256], [257, 256], [256, 257]], AlphaTest::NONE);
@@ -292,7 +291,7 @@ fn opening_a_device_never_panics() {
     }
 }
 
-/// Runs the test above again where the Vulkan loader finds no driver.
+/// Reruns the test above in an environment where the Vulkan loader finds no driver.
 #[cfg(target_os = "linux")]
 #[test]
 fn without_any_driver_the_refusal_names_the_way_out() {
@@ -303,6 +302,6 @@ fn without_any_driver_the_refusal_names_the_way_out() {
         .env("VK_ICD_FILENAMES", "/nonexistent")
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success() && said.contains("no adapter found") && said.contains("CpuFragments"), "{said}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && text.contains("no adapter found") && text.contains("CpuFragments"), "{text}");
 }

@@ -1,21 +1,21 @@
-//! Whichever rasteriser captured the fragments, the order is the same; the model tells which it was.
+//! The pruning order does not depend on the rasteriser; the model records which one was used.
 //!
-//! Without an adapter the test says so and passes; with `FOLIAGE_REQUIRE_ADAPTER=1` it fails.
+//! Without an adapter the test prints a note and passes; with `FOLIAGE_REQUIRE_ADAPTER=1` it fails.
 #![cfg(all(feature = "render", feature = "simplify"))]
 
 mod common;
 
 use common::{gpu::gpu, plants};
 use foliage_lod::{
-    render::fragment_pass::GpuFragments,
-    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    gpu::GpuFragments,
+    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
 };
 
 #[test]
 fn models_from_gpu_and_cpu_fragments_differ_in_their_recipe_alone() {
     let Some(gpu) = gpu() else { return };
     let mut source = GpuFragments::new(&gpu).unwrap();
-    // `balanced` captures grown leaves too, at lower resolutions.
+    // `balanced` also captures enlarged leaves, at lower resolutions.
     let presets = [SimplifyOptions::paper(), SimplifyOptions::balanced()];
     let plants = [plants::masked(300, 31), plants::with_wood(300, 32), plants::bent(300, 33)];
     for (options, plant) in presets.iter().flat_map(|options| plants.iter().map(move |plant| (options, plant))) {

@@ -1,25 +1,27 @@
-//! Grown trees: exact counts, sound plants, the same bytes every time, GLB by the rules of Khronos.
+//! Grown trees: exact leaf counts, valid plants, reproducible bytes, and GLB files that follow the
+//! glTF specification.
 #![cfg(feature = "simplify")]
 
 use foliage_lod::{
     Plant,
-    grow::{GrowOptions, MAX_GROWN_LEAVES, Species, glb::write_glb, grow},
+    export::write_glb,
+    grow::{GrowOptions, MAX_GROWN_LEAVES, Species, grow},
     import::{ImportOptions, load_gltf_bytes},
     leaf::LeafGeometry,
 };
 use glam::Vec3;
 use std::{collections::HashSet, path::Path, sync::LazyLock};
 
-/// The counts of Gasch et al., "Multiresolution Foliage Rendering".
+/// Leaf counts from Gasch et al., "Multiresolution Foliage Rendering".
 const PAPER_COUNTS: [(&str, usize); 3] =
     [("english-oak", 20_146), ("carya-illinoinensis", 8_059), ("betula-populifolia", 12_140)];
-/// CRC-32 of leaf and wood vertices of the embedded trees, on x86-64.
+/// CRC-32 of the leaf and wood vertices of each embedded tree, recorded on x86-64.
 const VERTEX_SUMS: [(u32, u32); 3] =
     [(0x03E2_1132, 0xD0AC_B546), (0x8D01_4500, 0x5B24_8C26), (0xA183_93BB, 0xDCB6_BA2F)];
-/// The text of a species to be spoilt.
+/// A species file for the tests to corrupt.
 const OAK: &str = include_str!("../data/species/english-oak.toml");
 
-/// Name, count of the paper, and the tree as it grows by default.
+/// Name, leaf count in the paper, and the tree grown with default options.
 static TREES: LazyLock<Vec<(&str, usize, Plant)>> =
     LazyLock::new(|| PAPER_COUNTS.iter().map(|&(name, count)| (name, count, grown(name, None))).collect());
 
@@ -83,7 +85,7 @@ fn leaves_hang_on_twigs_and_share_no_edge() {
     }
 }
 
-/// Every 997th pivot lies within two centimetres of a wood triangle's plane patch, measured to points sampled on it.
+/// Checks that every 997th pivot is within two centimetres of an edge of a wood triangle.
 fn assert_pivots_touch_wood(name: &str, plant: &Plant) {
     let wood: Vec<[Vec3; 3]> = plant
         .wood
@@ -98,7 +100,7 @@ fn assert_pivots_touch_wood(name: &str, plant: &Plant) {
     }
 }
 
-/// Distance to the nearest edge: twigs are thin, so some edge along them is near.
+/// Distance to the nearest edge of `triangle`: twigs are thin, so one of their edges is close.
 fn distance_to_long_edges(point: Vec3, triangle: &[Vec3; 3]) -> f32 {
     let edge = |a: Vec3, b: Vec3| {
         let share = ((point - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
@@ -151,8 +153,10 @@ fn unknown_species_and_keys_and_values_out_of_range_are_named() {
     assert!(unknown.starts_with("my.toml: line ") && unknown.contains("unknown field `lobe_deepness`"), "{unknown}");
     assert!(refusal(&OAK.replace("leaves = 20146", "")).contains("missing field `leaves`"));
     let steep = OAK.replace("flare = ", "flare = 1");
-    assert!(refusal(&steep).starts_with("my.toml: crown.flare is 1") && refusal(&steep).ends_with("give 0 to 5"));
-    assert!(refusal(&OAK.replace("light = ", "light = nan#")).contains("leaf.light is NaN; give 0 to 1"));
+    assert!(
+        refusal(&steep).starts_with("my.toml: crown.flare is 1") && refusal(&steep).ends_with("it must be from 0 to 5")
+    );
+    assert!(refusal(&OAK.replace("light = ", "light = nan#")).contains("leaf.light is NaN; it must be from 0 to 1"));
     for text in ["", "=", "levels = 3", "\u{0}"] {
         assert!(!refusal(text).contains('\n'));
     }
@@ -195,10 +199,11 @@ fn a_species_changed_out_of_range_is_refused_not_grown() {
     let mut oak = Species::embedded("english-oak").unwrap();
     oak.levels.clear();
     let error = grow(&oak, &GrowOptions::default()).unwrap_err();
-    assert_eq!(error.to_string(), "English oak: levels is 0; give 2 to 4");
+    assert_eq!(error.to_string(), "English oak: levels is 0; it must be from 2 to 4");
 }
 
-/// Holds on every machine: all arithmetic that places a vertex is plain or `libm`'s. A changed species file changes it.
+/// The sums are the same on every machine: vertex positions use only basic arithmetic and `libm`.
+/// Changing a species file changes the sums.
 #[test]
 fn every_machine_grows_the_same_vertices() {
     let sums = TREES.iter().map(|(_, _, plant)| {
@@ -209,7 +214,7 @@ fn every_machine_grows_the_same_vertices() {
 }
 
 #[test]
-fn glb_passes_full_validation_and_its_accessors_tell_the_truth() {
+fn glb_passes_full_validation_and_its_accessors_match_their_data() {
     for (_, count, plant) in &*TREES {
         let bytes = write_glb(plant).unwrap();
         let document = gltf::Gltf::from_slice(&bytes).unwrap();

@@ -1,4 +1,4 @@
-//! Cases at the edge of what there can be, each against an oracle or an invariant that does not depend on the code.
+//! Edge cases, each checked against an oracle or an invariant that is independent of the code.
 #![cfg(feature = "simplify")]
 
 mod common;
@@ -9,17 +9,14 @@ use common::{
     plants::{self, Random, closed_box},
 };
 use foliage_lod::{
-    Error, Plant,
-    extract::{
-        Hysteresis, LodPolicy, Sight, Swap,
-        lod::{Blend, CookLambda},
-    },
+    Error, FoliageModel, LookAt, Plant, Swap, Timeline,
+    extract::{Blend, CookLambda, Hysteresis, LodPolicy, Sight},
     leaf::Vertex,
-    model::{FoliageModel, Prune, Recipe, Timeline},
+    model::{Prune, Recipe},
     plant::{Wood, WoodPart},
-    render::{camera::Camera, software::draw_plant},
-    simplify::{Compensate, Quiet, SimplifyOptions, order, raster::CpuFragments, simplify},
-    stochastic::{AreaRule, Stochastic, area::visible_factor, lambda::FLOOR},
+    simplify::{Compensate, CpuFragments, Quiet, SimplifyOptions, order, simplify},
+    software::draw_plant,
+    stochastic::{AreaRule, Stochastic, lambda::FLOOR, visible_factor},
 };
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
@@ -28,7 +25,7 @@ fn prunes_of(plant: &Plant, options: &SimplifyOptions) -> Vec<Prune> {
     order(plant, options, &mut CpuFragments::new(), &mut Quiet).unwrap().0
 }
 
-/// The plant with every position changed.
+/// The plant with every position mapped by `to`.
 fn moved(plant: &Plant, to: impl Fn(Vec3) -> Vec3) -> Plant {
     let mut plant = plant.clone();
     let vertices = plant.vertices.iter_mut().chain(&mut plant.wood.vertices).map(|vertex| &mut vertex.position);
@@ -37,7 +34,7 @@ fn moved(plant: &Plant, to: impl Fn(Vec3) -> Vec3) -> Plant {
     plant
 }
 
-/// Twenty leaves within a closed box of wood.
+/// Twenty leaves inside a closed box of wood.
 fn walled_in() -> Plant {
     let mut plant = moved(&plants::quads(20, 1.0, 5), |position| position * 0.2);
     let Plant { vertices, indices, .. } = closed_box(Vec3::NEG_ONE, Vec3::ONE);
@@ -45,7 +42,8 @@ fn walled_in() -> Plant {
     plant
 }
 
-/// (lambda, r, (1 - (1 - r)^(1/lambda)) / r) of exactly these binary numbers, computed with 400 decimal digits.
+/// Rows of lambda, r and (1 - (1 - r)^(1/lambda)) / r, computed with 400 decimal digits from
+/// exactly these binary values of lambda and r.
 const AREA_FACTORS: [[f64; 3]; 23] = [
     [0.3, 5e-324, 3.3333333333333335],
     [0.7, 1e-310, 1.4285714285714286],
@@ -130,7 +128,7 @@ fn a_count_that_jumps_between_none_and_all_gets_there_at_once() {
     }
 }
 
-/// Numbers that distances and ranges should not be, among some that they may be.
+/// Valid and invalid values for distances and ranges.
 const ODD: [f32; 12] =
     [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -5.0, 1.0, 5.0, 1e-38, 1e19, 1e38, f32::MAX, f32::MIN_POSITIVE];
 
@@ -182,7 +180,7 @@ fn outlines_in_pixels_follow_the_formula_from_1_to_170_degrees() {
 
 #[test]
 fn plants_a_million_times_smaller_or_larger_are_pruned_and_drawn_alike() {
-    // Powers of two change no digit, so everything is the same to the bit.
+    // Scaling by a power of two changes no mantissa, so every result is bit-identical.
     let powers = [2_f32.powi(-20), 2_f32.powi(20)];
     for plant in [plants::with_wood(60, 3), plants::masked(60, 4), plants::bent(60, 5)] {
         for options in all_options(24) {
@@ -222,7 +220,7 @@ fn decimal_factors_of_a_million_change_the_picture_by_rounding_alone() {
 
 #[test]
 fn a_plant_far_from_the_origin_is_pruned_as_at_the_origin() {
-    // Corners and centroids are whole numbers, of which none is rounded away at 2^22.
+    // Corners and centroids are whole numbers, so an offset of 2^22 rounds none of them.
     let mut random = Random(8);
     let mut plant = plants::bare("whole numbers");
     for _ in 0..60 {
@@ -271,7 +269,8 @@ fn coincident_leaves_are_lost_without_error_and_where_views_decide_without_growt
     for options in all_options(16) {
         let model = model_of(&plant, &options);
         assert!(model.leaves.iter().all(|leaf| leaf.error == 0.0), "{options:?}");
-        // The nearest leaf takes what was seen of the one before it, although it shows as much itself.
+        // `Nearest` adds the visible area of the pruned leaf to the nearest one, although that one
+        // already covers the same pixels.
         if options.compensate != Compensate::Nearest {
             assert_eq!(model.max_scale, 1.0, "{options:?}");
             assert!(picture(&model, 1, 60.0) == picture(&model, 40, 60.0), "{options:?}");
@@ -313,8 +312,8 @@ fn views_of_one_to_three_pixels_are_pruned_as_by_the_naive_method() {
     }
 }
 
-fn camera_at(eye: DVec3, toward: DVec3, fov_deg: f64) -> Camera {
-    Camera { eye, target: eye + toward, up: DVec3::Y, fov_y_radians: fov_deg.to_radians(), aspect: 1.0, near: 1e-3 }
+fn camera_at(eye: DVec3, toward: DVec3, fov_deg: f64) -> LookAt {
+    LookAt { eye, target: eye + toward, up: DVec3::Y, fov_y_radians: fov_deg.to_radians(), aspect: 1.0, near: 1e-3 }
 }
 
 #[test]
@@ -325,10 +324,10 @@ fn a_card_covers_what_its_angle_says_from_1_to_170_degrees() {
         let base = Vec3::NEG_Y * half_width;
         plants::push_card(&mut plant, base, Vec3::Y * 2.0 * half_width, Vec3::X * 2.0 * half_width, base);
         let camera = camera_at(DVec3::Z, DVec3::NEG_Z, fov_deg);
-        let covered = covered_px(&draw_plant(&plant, &camera, SIZE, &bare()).unwrap());
+        let covered = covered_px(&draw_plant(&plant, &camera.camera(SIZE[1]), SIZE, &bare()).unwrap());
         assert!((covered - 48.0 * 48.0).abs() < 1.0, "{covered} pixels at {fov_deg} degrees");
-        let away = Camera { target: camera.eye + DVec3::Z, ..camera };
-        assert_eq!(covered_px(&draw_plant(&plant, &away, SIZE, &bare()).unwrap()), 0.0);
+        let away = LookAt { target: camera.eye + DVec3::Z, ..camera };
+        assert_eq!(covered_px(&draw_plant(&plant, &away.camera(SIZE[1]), SIZE, &bare()).unwrap()), 0.0);
     }
 }
 
@@ -339,7 +338,8 @@ fn from_inside_a_closed_crown_every_pixel_is_leaf() {
     for eye in [DVec3::ZERO, DVec3::new(0.9, -0.5, 0.3)] {
         for toward in [DVec3::X, DVec3::NEG_Y, DVec3::new(-1.0, 0.4, 0.2), DVec3::ONE] {
             for fov_deg in [1.0, 60.0, 170.0] {
-                let image = draw_plant(&crown, &camera_at(eye, toward, fov_deg), SIZE, &bare()).unwrap();
+                let image =
+                    draw_plant(&crown, &camera_at(eye, toward, fov_deg).camera(SIZE[1]), SIZE, &bare()).unwrap();
                 assert_eq!(covered_px(&image), 96.0 * 96.0, "from {eye} to {toward} at {fov_deg} degrees");
             }
         }

@@ -1,4 +1,5 @@
-//! The oak's crown is dense: many of its leaves are hidden by others from all sides, which is what pruning lives on.
+//! The oak's crown is dense: many of its leaves are hidden by others from all sides, which is what
+//! makes pruning effective.
 #![cfg(feature = "simplify")]
 
 use foliage_lod::{
@@ -9,14 +10,15 @@ use foliage_lod::{
 };
 use glam::Vec3;
 
-/// Pixels on a side of each view.
+/// Width and height of each view in pixels.
 const RESOLUTION: usize = 256;
-/// Marks wood in a view.
+/// Id of wood in a view.
 const WOOD: u32 = u32::MAX - 1;
-/// Marks nothing in a view.
+/// Id of the background in a view.
 const NOTHING: u32 = u32::MAX;
 
-/// A parallel view with a depth buffer, written for this test alone: nearest sample of alpha, no filtering.
+/// An orthographic view with a depth buffer, written for this test only: alpha comes from the
+/// nearest texel, unfiltered.
 struct View {
     axes: [Vec3; 3],
     center: Vec3,
@@ -92,5 +94,5 @@ fn a_fifth_of_the_oaks_leaves_is_seen_by_none_of_twenty_views() {
         view.front.iter().filter(|pixel| pixel.1 < WOOD).for_each(|pixel| seen[pixel.1 as usize] = true);
     }
     let hidden = seen.iter().filter(|&&seen| !seen).count() as f32 / seen.len() as f32;
-    assert!((0.2..0.6).contains(&hidden), "{hidden} of the leaves is hidden");
+    assert!((0.2..0.6).contains(&hidden), "{hidden} of the leaves are hidden");
 }

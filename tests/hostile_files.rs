@@ -1,8 +1,9 @@
-//! Files of every kind that is read, damaged from a seed: each gives a one-line error or something sound, within a second
-//! and within memory that its size accounts for.
+//! Randomly damaged files of every format that is read: each produces a one-line error or a valid
+//! result, within a second and within memory bounded by its size.
 //!
-//! `FOLIAGE_FUZZ_CASES` is the number of files of each kind. Case `k` is the same on every run; with `--nocapture` each
-//! test tells how many cases ended how, how long they took and the most memory that one of them held.
+//! `FOLIAGE_FUZZ_CASES` is the number of files of each kind. Case `k` is the same on every run.
+//! With `--nocapture` each test prints the number of cases per outcome, the total time and the peak
+//! memory of any case.
 #![cfg(feature = "simplify")]
 
 mod common;
@@ -15,13 +16,12 @@ mod mutate;
 
 use common::plants;
 use foliage_lod::{
-    Error, Result,
-    extract::Swap,
+    Error, FoliageModel, Result, Swap, Timeline,
     grow::Species,
     import::{ImportOptions, Imported, load_gltf_bytes, load_obj_bytes},
     material::Material,
-    model::{FoliageModel, Timeline, format},
-    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    model::{MAGIC, VERSION},
+    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
 };
 use glb::{Gltf, cards};
 use memory::within_bounds;
@@ -35,7 +35,7 @@ use std::{
     },
 };
 
-/// Lets `make` make a file for each case and `read` read it.
+/// Creates a file with `make` for each case and reads it with `read`.
 fn survive_reading(
     kind: &str,
     expected: &[&str],
@@ -53,11 +53,11 @@ fn survive_reading(
     println!("{kind}: at most {:.2} MB held", most.load(Ordering::Relaxed) as f64 / 1e6);
 }
 
-/// What became of a file, in one word.
+/// The outcome of reading a file, as a short name.
 fn outcome(read: Result<()>) -> &'static str {
     let Err(error) = read else { return "accepted" };
     let message = error.to_string();
-    assert!(!message.contains(char::is_control), "no plain line: {message:?}");
+    assert!(!message.contains(char::is_control), "not a plain line: {message:?}");
     match error {
         Error::Unreadable { .. } => "unreadable",
         Error::Unsupported { .. } => "unsupported",
@@ -66,15 +66,16 @@ fn outcome(read: Result<()>) -> &'static str {
         Error::InvalidOption { field, .. } if field == "leaves" => "unknown name",
         Error::TooLarge { .. } => "too large",
         Error::Io { .. } => "missing file",
-        other => panic!("a reader gives no such error: {other:?}"),
+        other => panic!("a reader must not return this error: {other:?}"),
     }
 }
 
-/// Reads a `.vds` file. A model that is accepted is sound, is written as the same bytes, and can be walked.
+/// Reads a `.vds` file. An accepted model must be valid, be written as the same bytes, and have
+/// equal scales from [`Swap`] and [`Timeline`] at every active count.
 fn read_model(bytes: &[u8]) -> Result<()> {
     let model = FoliageModel::from_bytes(bytes)?;
-    model.validate().expect("what is read is sound");
-    assert!(model.to_bytes().unwrap() == bytes, "the model is written otherwise than it was read");
+    model.validate().expect("an accepted model is valid");
+    assert!(model.to_bytes().unwrap() == bytes, "the model is not written as it was read");
     let (timeline, mut swap) = (Timeline::new(&model), Swap::new(&model));
     for n in (0..=swap.leaves()).rev() {
         swap.set_active(n);
@@ -92,18 +93,19 @@ fn models() -> Vec<Vec<u8>> {
     plants.iter().map(|plant| model(plant).to_bytes().unwrap()).collect()
 }
 
-/// Where the checksum starts, and where the sections do.
+/// First byte that the checksum covers, and first byte of the sections.
 const CHECKED_FROM: usize = 16;
 const HEAD_BYTES: usize = 56;
-/// The number of leaves comes first in their section, then each leaf's 12 words.
+/// The leaf section starts with the number of leaves, followed by 12 words per leaf.
 const COUNT_BYTES: usize = 8;
 const LEAF_BYTES: usize = 48;
-/// Words of a leaf.
+/// Indices of words in the record of a leaf.
 const LEAF_TO_SPLIT: usize = 8;
 const LEAF_TO_COLLAPSE: usize = 9;
 const SCALE: usize = 10;
 
-/// The sections of a `.vds` file: damage to them gets past lengths and checksum.
+/// The sections of a `.vds` file. They are written with matching lengths and checksum, so that
+/// damage to them passes these checks.
 struct Sections(Vec<Vec<u8>>);
 
 impl Sections {
@@ -121,7 +123,7 @@ impl Sections {
         let lengths = self.0.iter().flat_map(|section| (section.len() as u64).to_le_bytes());
         let checked: Vec<u8> = lengths.chain(self.0.iter().flatten().copied()).collect();
         let crc = crc32fast::hash(&checked).to_le_bytes();
-        [&format::MAGIC[..], &format::VERSION.to_le_bytes(), &crc, &checked].concat()
+        [&MAGIC[..], &VERSION.to_le_bytes(), &crc, &checked].concat()
     }
 
     fn damage(&mut self, random: &mut Random) {
@@ -137,7 +139,7 @@ impl Sections {
         }
     }
 
-    /// Changes one leaf's record, target, scale or place.
+    /// Changes a word, the target or the scale of one leaf, duplicates it or swaps it with another.
     fn damage_leaf(&mut self, random: &mut Random) {
         let leaves = &mut self.0[1];
         let count = leaves.len().saturating_sub(COUNT_BYTES) / LEAF_BYTES;
@@ -217,10 +219,10 @@ fn every_flipped_bit_of_a_model_is_refused_or_sound_with_and_without_a_fitting_c
             sound += usize::from(read_model(&flipped).is_ok());
         }
     }
-    assert!((1..model.len() * 8).contains(&sound), "{sound} flips give a sound model");
+    assert!((1..model.len() * 8).contains(&sound), "{sound} flips yield a valid model");
 }
 
-/// The five cards of [`cards`] as the other encoders write them.
+/// The five cards of [`cards`] as the Draco and meshopt encoders write them.
 const DRACO: &str = "445241434f02020101000000140a000a000004dff77d1fff02554001ff0000010009030000020101010103ec09a92affffffffdf350389\
     0835032502ffffffffffffffffffffffffffffb745040f35c2ce172100a1d2b123e8c60ebe8000000000ff070000000000000000000000000000\
     000050410b";
@@ -232,13 +234,14 @@ fn bytes_of(hex: &str) -> Vec<u8> {
     hex.as_bytes().chunks(2).map(|two| u8::from_str_radix(std::str::from_utf8(two).unwrap(), 16).unwrap()).collect()
 }
 
-/// Appends `bytes` to the buffer; returns their buffer view.
+/// Appends `bytes` to the buffer and returns the index of their buffer view.
 fn push_bytes(file: &mut Gltf, bytes: &[u8]) -> usize {
     let accessor = file.push(bytes, json!({ "componentType": 5121, "type": "SCALAR", "count": bytes.len() }));
     file.json["accessors"][accessor]["bufferView"].as_u64().unwrap() as usize
 }
 
-/// Five cards with two instances, in a turned node, textured, and with a texture coordinate replaced.
+/// Five textured cards with two instances, under a rotated and scaled node, with one texture
+/// coordinate replaced by a sparse accessor.
 fn rich() -> Gltf {
     let mut file = cards(5);
     let floats = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
@@ -286,10 +289,10 @@ fn meshopt() -> Gltf {
     file
 }
 
-/// What an import gives is sound, and its warnings are plain lines.
+/// Checks that an imported plant is valid and its warnings are plain lines.
 fn check(imported: Result<Imported>) -> Result<()> {
     let Imported { plant, warnings, .. } = imported?;
-    plant.validate().expect("what is imported is sound");
+    plant.validate().expect("an imported plant is valid");
     assert!(!warnings.iter().any(|warning| warning.contains(char::is_control)), "{warnings:?}");
     Ok(())
 }
@@ -298,14 +301,14 @@ fn read_gltf(bytes: &[u8]) -> Result<()> {
     check(load_gltf_bytes(bytes, Path::new("hostile.glb"), &ImportOptions::default()))
 }
 
-/// Keys and values that mean something in glTF.
+/// Keys and values with a meaning in glTF.
 const GLTF_WORDS: &str = " MASK BLEND SCALAR VEC2 VEC3 VEC4 MAT4 matrix children skin mode min normalized COLOR_0 NORMAL TEXCOORD_1 \
     ROTATION EXPONENTIAL OCTAHEDRAL INDICES image/webp uri data:;base64,AAAA no\nsuch.png \u{1b}[31m extensionsRequired";
 
 #[test]
 fn damaged_gltf_is_refused_or_sound() {
     let files = [cards(5), rich(), draco(), meshopt()];
-    files.iter().for_each(|file| read_gltf(&file.glb()).expect("the undamaged file is sound"));
+    files.iter().for_each(|file| read_gltf(&file.glb()).expect("the undamaged file is valid"));
     let make = move |random: &mut Random| {
         let mut file = random.pick(&files);
         let kind = random.below(4);
@@ -362,7 +365,8 @@ const OBJ: &str = "mtllib tree.mtl\no tree\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n
     v 9 0 1\nv 9 0 2\nf 9/1 10/2 11/2 12/1 13/1\nusemtl bark\nf 1 2 3\nl 1 2\np 1\n";
 const MTL: &str =
     "newmtl leaf\nKd 0.1 0.8 0.2\nd 0.5\nmap_Kd ring.png\nmap_d ring.png\nnewmtl bark\nNs 10.0\nillum 2\n";
-const OBJ_WORDS: &str = "f v vt vn l p g o usemtl mtllib tree.mtl newmtl map_Kd ring.png Kd d 0/0/0 -1/-1/-1 1// // 4294967296/1 \
+// 4294967296/1 \
+const OBJ_WORDS: &str = "f v vt vn l p g o usemtl mtllib tree.mtl newmtl map_Kd ring.png Kd d 0/0/0 -1/-1/-1 1//
     -9223372036854775808 # \\";
 
 #[test]
@@ -386,20 +390,20 @@ fn damaged_obj_and_its_materials_are_refused_or_sound() {
 
 #[test]
 fn faces_that_count_back_beyond_the_first_vertex_are_refused() {
-    for (faces, told) in [
-        ("f -4//1 -13 -2//1 -1//1", "names v -13 of 8"),
-        ("f -4 -3//-2 -2 -1", "names vn -2 of 1"),
-        ("f 1/-9223372036854775808 2 3", "names vt -9223372036854775808 of 2"),
-        ("f 1//6148914691236517206 2 3", "names vn 6148914691236517206 of 1"),
+    for (faces, reason) in [
+        ("f -4//1 -13 -2//1 -1//1", "refers to v -13 of 8"),
+        ("f -4 -3//-2 -2 -1", "refers to vn -2 of 1"),
+        ("f 1/-9223372036854775808 2 3", "refers to vt -9223372036854775808 of 2"),
+        ("f 1//6148914691236517206 2 3", "refers to vn 6148914691236517206 of 1"),
     ] {
         let obj = OBJ.replace("f -4//1 -3//1 -2//1 -1//1", faces);
         let read = load_obj_bytes(obj.as_bytes(), Path::new("back.obj"), &ImportOptions::default());
         let line = read.unwrap_err().to_string();
-        assert!(line.contains(told), "{line}");
+        assert!(line.contains(reason), "{line}");
     }
 }
 
-/// The library's one material, and the warnings.
+/// Imports [`OBJ`] with the material library `library`; returns its only material and the warnings.
 fn read_material(library: &str) -> (Material, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("tree.mtl"), library).unwrap();
@@ -417,7 +421,7 @@ fn an_obj_colour_of_one_number_is_a_grey_and_one_of_none_or_two_is_left_out() {
         assert!(warnings.is_empty(), "{warnings:?}");
     }
     let (_, warnings) = read_material("newmtl leaf\nKd red\n");
-    assert!(warnings[0].starts_with("material library \"tree.mtl\" is left out"), "{warnings:?}");
+    assert!(warnings[0].starts_with("material library \"tree.mtl\" is ignored"), "{warnings:?}");
 }
 
 const SPECIES: [&str; 3] = [
@@ -433,7 +437,7 @@ fn damaged_species_are_refused_or_sound() {
     let make = |random: &mut Random| damage_text(random.pick(&SPECIES), SPECIES_WORDS, random);
     survive_reading("species", &["accepted", "unreadable"], make, |text| {
         let species = Species::from_toml(&String::from_utf8_lossy(text), Path::new("hostile.toml"))?;
-        species.validate().expect("what is read is sound");
+        species.validate().expect("an accepted species is valid");
         Ok(())
     });
 }
@@ -455,13 +459,14 @@ fn damaged_scenes_are_refused_or_place_their_plants() {
     let make = |random: &mut Random| damage_text(random.pick(&SCENES), SCENE_WORDS, random);
     survive_reading("scenes", &["accepted", "unreadable"], make, |text| {
         let scene = SceneFile::from_toml(&String::from_utf8_lossy(text), Path::new("hostile.toml"))?;
-        scene.effects.check().expect("what is read is in range");
+        scene.effects.check().expect("accepted effects are in range");
         for seconds in [-1e300, 0.0, 7.5, 1e300] {
-            let sees = scene.view(seconds).is_none_or(|view| view.eye.is_finite() && view.target.is_finite());
-            assert!(sees, "{seconds}: {:?}", scene.view(seconds));
+            let is_finite =
+                scene.look_at(seconds, 1.0, 0.1).is_none_or(|view| view.eye.is_finite() && view.target.is_finite());
+            assert!(is_finite, "{seconds}: {:?}", scene.look_at(seconds, 1.0, 0.1));
         }
         for scatter in scene.scatter.iter().filter(|scatter| scatter.count <= 2000) {
-            // Too many for their area is told; what stands, stands somewhere.
+            // Too many plants for the area is an error; placed plants have a finite transform.
             let spots = scatter.spots().unwrap_or_default();
             assert!(spots.iter().all(|spot| spot.at.is_finite() && spot.scale > 0.0 && spot.turn.is_finite()));
         }

@@ -1,4 +1,5 @@
-//! Files that claim much more than they are: reading them holds no more than their size accounts for.
+//! Files that claim far more data than they contain: reading them uses no more memory than their
+//! size accounts for.
 #![cfg(feature = "simplify")]
 
 #[path = "common/glb.rs"]
@@ -28,21 +29,22 @@ fn read(file: &Gltf) -> Result<Imported> {
     read_by(file, &ImportOptions::default())
 }
 
-/// The limit that a file was refused for.
+/// The limit that the file exceeded.
 fn refused_for(read: Result<Imported>) -> String {
     match read {
         Err(Error::TooLarge { what, .. }) => what,
-        other => panic!("not too large: {other:?}"),
+        other => panic!("not refused as too large: {other:?}"),
     }
 }
 
-/// Appends `bytes` as a buffer view; returns its number.
+/// Appends `bytes` as a buffer view and returns its index.
 fn push_view(file: &mut Gltf, bytes: &[u8]) -> usize {
     let accessor = file.push(bytes, json!({ "componentType": 5121, "type": "SCALAR", "count": bytes.len() }));
     file.json["accessors"][accessor]["bufferView"].as_u64().unwrap() as usize
 }
 
-/// Gives the mesh `count` primitives, each with a material of its own, of which `material` gives the n-th.
+/// Replaces the mesh's primitive by `count` copies; copy `n` has a material of its own,
+/// `material(n)`.
 fn split(file: &mut Gltf, count: usize, material: impl Fn(usize) -> Value) {
     let primitive = file.json["meshes"][0]["primitives"][0].clone();
     let primitive_with = |material: usize| {
@@ -60,19 +62,20 @@ fn encoded(image: &RgbImage, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A PNG, a JPEG and a WebP of 16 x 16 texels whose heads say `side` x `side`.
+/// A PNG, a JPEG and a WebP of 16 x 16 texels whose headers claim `side` x `side`.
 fn images_that_claim(side: u32) -> [Vec<u8>; 3] {
     let image = RgbImage::from_pixel(16, 16, Rgb([60, 120, 30]));
     let [mut png, mut jpeg, mut webp] =
         [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP].map(|format| encoded(&image, format));
-    // Behind signature and chunk head: width, height, 5 bytes, checksum.
+    // After the signature and the chunk header: width, height, 5 bytes, checksum.
     png[16..24].copy_from_slice(&[side.to_be_bytes(); 2].concat());
     let crc = crc32fast::hash(&png[12..29]);
     png[29..33].copy_from_slice(&crc.to_be_bytes());
-    // Behind the frame's marker, its length and the bits of a sample: height, width.
+    // After the frame marker, its length and the bits per sample: height, width.
     let frame = jpeg.windows(2).position(|marker| marker == [0xff, 0xc0]).unwrap();
     jpeg[frame + 5..frame + 9].copy_from_slice(&[(side as u16).to_be_bytes(); 2].concat());
-    // Behind RIFF, length, WEBP, VP8L, length and signature: 14 bits of width less 1, 14 of height less 1, 4 others.
+    // After RIFF, length, WEBP, VP8L, length and signature: 14 bits each of width - 1 and
+    // height - 1, and 4 other bits.
     assert_eq!(&webp[12..16], b"VP8L");
     let others = u32::from_le_bytes(webp[21..25].try_into().unwrap()) >> 28 << 28;
     webp[21..25].copy_from_slice(&(others | (side - 1) << 14 | (side - 1)).to_le_bytes());
@@ -96,7 +99,7 @@ fn images_that_claim_more_than_their_bytes_account_for_are_left_out() {
         assert!(imported.warnings[0].contains("account for"), "{:?}", imported.warnings);
     };
     images_that_claim(8192).iter().for_each(|image| left_out(image));
-    // Cut short, not too large.
+    // Truncated, but not too large.
     let images = images_that_claim(3900);
     images.iter().for_each(|image| drop(read(&textured(image)).unwrap()));
     let mut progressive = images[1].clone();
@@ -113,7 +116,7 @@ fn a_png_of_one_colour_may_have_4096_texels_on_a_side() {
     assert_eq!(imported.plant.textures[0].decode().unwrap().rgba[4..8], [60, 120, 30, 255]);
 }
 
-/// 100 KB of noise, named by 3,000 materials.
+/// 100 KB of noise, referenced by 3,000 images and textures and, through them, by 150 materials.
 #[test]
 fn an_image_that_many_materials_name_is_kept_once() {
     let noise = RgbImage::from_fn(200, 200, |x, y| Rgb([x * y % 251, x * 7 + y * 13, x ^ y].map(|value| value as u8)));
@@ -139,7 +142,7 @@ fn an_image_that_many_materials_name_is_kept_once() {
     assert!(imported.warnings[0].contains("overlaps"), "{:?}", imported.warnings);
 }
 
-/// A PNG of one texel whose colour profile is 80 MB of zeros.
+/// A PNG of one texel whose colour profile inflates to 80 MB of zeros.
 #[test]
 fn a_profile_that_inflates_beyond_its_image_is_left_out() {
     let zeros = encoded(&RgbImage::new(5200, 5200), ImageFormat::Png);
@@ -158,9 +161,9 @@ fn nodes_and_materials_are_multiplied_before_they_are_listed() {
     split(&mut file, 240, |_| json!({ "alphaMode": "MASK" }));
     file.json["nodes"] = vec![json!({ "mesh": 0 }); 30_000].into();
     file.json["scenes"][0]["nodes"] = (0..30_000).collect();
-    assert!(refused_for(read(&file)).contains("the number of indices, instances counted"));
+    assert!(refused_for(read(&file)).contains("the number of indices, including instances"));
 
-    // Two corners make no triangle, so such primitives count nothing.
+    // Two corners form no triangle, so these primitives add nothing to the count.
     let mut file = instanced(20_000);
     file.json["accessors"][2]["count"] = json!(2);
     split(&mut file, 5000, |_| json!({}));
@@ -195,7 +198,9 @@ fn a_file_that_is_named_often_is_read_once() {
         format!("{}{}v 0 0 0\nf 1 1 1\n", "mtllib self.obj\n".repeat(3000), material.repeat(3000)),
     )
     .unwrap();
-    for (name, reason) in [("self.gltf", "is the file of another buffer"), ("self.obj", "no separable leaves")] {
+    for (name, reason) in
+        [("self.gltf", "refers to the same file as another buffer"), ("self.obj", "no separable leaves")]
+    {
         let length = path(name).metadata().unwrap().len();
         let read = within_bounds(length, || load(&path(name), &ImportOptions::default())).0;
         let line = read.unwrap_err().to_string();
@@ -209,10 +214,10 @@ fn long_names_of_obj_are_refused() {
     let text = format!("o {}\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{groups}", "n".repeat(500_000));
     let read = || load_obj_bytes(text.as_bytes(), Path::new("hostile.obj"), &ImportOptions::default());
     let line = within_bounds(text.len() as u64, read).0.unwrap_err().to_string();
-    assert!(line.contains("line 1 gives a name of 500002 bytes"), "{line}");
+    assert!(line.contains("line 1 has a name of 500002 bytes"), "{line}");
 }
 
-/// Five cards at `count` places.
+/// Five cards, instanced at `count` positions.
 fn instanced(count: usize) -> Gltf {
     let mut file = cards(5);
     let places: Vec<u8> = (0..count * 3).flat_map(|i| (i as f32).to_le_bytes()).collect();
@@ -227,9 +232,9 @@ fn instances_are_counted_before_they_are_written_out() {
     let mut file = instanced(20_000);
     split(&mut file, 150, |_| json!({ "alphaMode": "MASK" }));
     let limited = ImportOptions { max_memory_mb: Some(22_000), ..ImportOptions::default() };
-    assert!(refused_for(read_by(&file, &limited)).contains("the memory for 30000000 triangles, instances counted"));
+    assert!(refused_for(read_by(&file, &limited)).contains("memory in MB for 30000000 triangles, including instances"));
     split(&mut file, 300, |_| json!({ "alphaMode": "MASK" }));
-    assert!(refused_for(read(&file)).contains("the number of indices, instances counted"));
+    assert!(refused_for(read(&file)).contains("the number of indices, including instances"));
 
     let mut file = instanced(20_000);
     file.json["nodes"] = vec![file.json["nodes"][0].clone(); 2000].into();
@@ -238,7 +243,7 @@ fn instances_are_counted_before_they_are_written_out() {
 }
 
 #[test]
-fn long_names_are_cut_before_they_are_told_again() {
+fn long_names_are_truncated_before_they_are_reported() {
     let mut file = cards(5);
     let name = |letter: &str| json!(letter.repeat(200_000));
     (file.json["nodes"][0]["name"], file.json["meshes"][0]["name"]) = (name("n"), name("ä"));
@@ -251,7 +256,7 @@ fn long_names_are_cut_before_they_are_told_again() {
     assert_eq!([imported.findings[0].name.len(), imported.findings[0].material.len()], [256; 2]);
 }
 
-/// 481 KB of meshopt zeros are 2.5 million vertices; written they would take 287 MB.
+/// 481 KB of meshopt zeros decode to 2.5 million vertices, which would take 287 MB.
 #[test]
 fn what_a_compressed_stream_expands_to_is_held_against_the_memory_there_is() {
     let (blocks, stride) = (10_000, 12);
@@ -265,7 +270,7 @@ fn what_a_compressed_stream_expands_to_is_held_against_the_memory_there_is() {
     file.json["accessors"][0]["count"] = json!(blocks * 256);
     file.json["meshes"][0]["primitives"][0] = json!({ "attributes": { "POSITION": 0 }, "material": 0 });
     let limited = ImportOptions { max_memory_mb: Some(600), ..ImportOptions::default() };
-    assert!(refused_for(read_by(&file, &limited)).contains("the memory for 853333 triangles"));
+    assert!(refused_for(read_by(&file, &limited)).contains("memory in MB for 853333 triangles"));
 }
 
 #[test]
@@ -297,6 +302,6 @@ fn trees_from_elsewhere_hold_what_their_bytes_account_for() {
         assert!(read.is_ok(), "{read:?}");
         worst = worst.max(held as f64 / length as f64);
     }
-    println!("at most {worst:.1} bytes are held for a byte of a file");
+    println!("at most {worst:.1} bytes of memory per byte of a file");
     assert!(worst > 0.0);
 }

@@ -1,21 +1,20 @@
-//! Walks over models by any sequence of requests: what is drawn is what the order says, whatever was asked before.
+//! Arbitrary sequences of active counts: the drawn scales follow from the pruning order alone,
+//! whatever was requested before.
 //!
-//! `FOLIAGE_FUZZ_CASES` is the number of walks.
+//! `FOLIAGE_FUZZ_CASES` is the number of sequences.
 #![cfg(feature = "simplify")]
 
 mod common;
-#[allow(dead_code, reason = "files are damaged elsewhere")]
+#[allow(dead_code, reason = "this test damages no files")]
 #[path = "common/mutate.rs"]
 mod mutate;
 
 use common::plants;
 use foliage_lod::{
-    extract::{
-        Swap,
-        lod::{Blend, CookLambda, Hysteresis, LodPolicy, Sight, leaf_count},
-    },
-    model::{FoliageModel, Timeline, Transition},
-    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    FoliageModel, Swap, Timeline,
+    extract::{Blend, CookLambda, Hysteresis, LodPolicy, Sight, leaf_count},
+    model::Transition,
+    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
 };
 use mutate::{Random, survive};
 
@@ -29,7 +28,7 @@ fn models() -> Vec<FoliageModel> {
     plants.iter().map(|plant| simplify(plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model).collect()
 }
 
-/// Another order of growth: targets and scales that no simplification would choose.
+/// Sets targets and scales that no simplification would choose.
 fn regrow(model: &mut FoliageModel, random: &mut Random) {
     for leaf in 1..model.leaves.len() {
         if random.below(3) == 0 {
@@ -46,7 +45,7 @@ fn any_number(random: &mut Random, leaves: u32) -> f64 {
     }
 }
 
-/// Collapses the whole model down to `n`, leaf by leaf.
+/// Collapses the whole model to `n` leaves, one at a time; returns the bits of their scales.
 fn scales_from_whole(model: &FoliageModel, n: usize) -> Vec<u32> {
     let mut drawn = vec![1.0_f32; model.leaves.len()];
     for pruned in model.leaves[n..].iter().rev() {
@@ -66,8 +65,8 @@ fn check_count(model: &FoliageModel, swap: &mut Swap, timeline: &Timeline, n: u3
     assert_eq!(after[..n as usize], scales_from_whole(model, n as usize), "at {n}");
     let looked_up: Vec<u32> = (0..n).map(|leaf| timeline.scale(leaf, n).to_bits()).collect();
     assert_eq!(after[..n as usize], looked_up, "at {n}");
-    let told = |leaf: usize| changed.iter().any(|range| range.contains(&(leaf as u32)));
-    assert!((0..after.len()).all(|leaf| before[leaf] == after[leaf] || told(leaf)), "an untold change at {n}");
+    let is_reported = |leaf: usize| changed.iter().any(|range| range.contains(&(leaf as u32)));
+    assert!((0..after.len()).all(|leaf| before[leaf] == after[leaf] || is_reported(leaf)), "unreported change at {n}");
 }
 
 fn check_between(timeline: &Timeline, active: f64, window: f32, is_smooth: bool) {
@@ -97,7 +96,7 @@ fn check_levels(random: &mut Random, hysteresis: &mut Hysteresis, leaves: u32) {
     let least = leaves.min(3);
     for lod in policies.map(|policy| policy.lod(&sight)).into_iter().chain([any()]) {
         let count = leaf_count(lod, leaves, least);
-        assert!((least..=leaves).contains(&count), "{lod} gives {count} of {leaves}");
+        assert!((least..=leaves).contains(&count), "{lod} yields {count} of {leaves}");
     }
     for policy in policies {
         let lod = policy.lod(&sight);

@@ -1,19 +1,20 @@
-//! Trees made by others give the leaf counts that their makers state, or the stated refusal.
+//! Trees made by others are imported with the leaf counts that their authors state, or refused as
+//! expected.
 //!
-//! The files are in the folder that the environment variable `FOLIAGE_TREES` names; unset, these tests pass with a note.
-//! Set, a missing file is a failure.
+//! The files are in the folder named by the environment variable `FOLIAGE_TREES`. If it is not set,
+//! these tests print a note and pass; if it is, a missing file is a failure.
 #![cfg(feature = "simplify")]
 
 use foliage_lod::{Error, Plant, import};
 use import::{Group, ImportOptions, Imported, Verdict};
 use std::path::PathBuf;
 
-/// What one file holds.
+/// Expected contents of a file.
 struct Expected {
     file: &'static str,
     pieces: usize,
     crossed: usize,
-    /// Fewest and most triangles of a piece.
+    /// Minimum and maximum number of triangles per piece.
     triangles: [usize; 2],
     wood: bool,
 }
@@ -33,7 +34,7 @@ const TREES: &[Expected] = &[
     tree("eztree_oak_medium_quantize.glb", 5320, 2660, [2, 2]),
     tree("sapling_birch_8k_rect.glb", 7769, 7769, [2, 2]),
     tree("sapling_maple_12k_hex.glb", 12_246, 12_246, [4, 4]),
-    // 300 triples and 30 pairs stand so close that some of them are one leaf too.
+    // 300 triples and 30 pairs of cards, so close together that some of them merge into one leaf.
     tree("CommonTree_1.glb", 960, 322, [2, 2]),
     tree("CommonTree_1.obj", 960, 322, [2, 2]),
     tree("Pine_1.glb", 35, 35, [22, 22]),
@@ -52,10 +53,10 @@ const TREES: &[Expected] = &[
 
 const WITHOUT_LEAVES: &[&str] = &["tree_default_fall.glb", "tree-spruce-0-0.glb"];
 
-/// The path of `file`, or `None` with a note when no folder is named.
+/// The path of `file`; `None`, with a note printed, if `FOLIAGE_TREES` is not set.
 fn path(file: &str) -> Option<PathBuf> {
     let Some(folder) = std::env::var_os("FOLIAGE_TREES") else {
-        eprintln!("skipped: FOLIAGE_TREES names no folder");
+        eprintln!("skipped: FOLIAGE_TREES is not set");
         return None;
     };
     let path = PathBuf::from(folder).join(file);
@@ -101,7 +102,7 @@ fn trees_without_separable_leaves_are_refused_with_the_fix() {
         let Some(path) = path(file) else { return };
         let error = import::load(&path, &ImportOptions::default()).unwrap_err();
         assert!(matches!(error, Error::NoLeaves { .. }), "{error}");
-        assert!(error.to_string().contains("--leaves"), "{error}");
+        assert!(error.to_string().contains("`leaves`"), "{error}");
         let inspected = import::inspect(&path, &ImportOptions::default()).unwrap();
         assert!(inspected.findings.iter().all(|finding| finding.verdict == Verdict::Wood));
     }
@@ -114,7 +115,7 @@ fn obj_and_glb_of_one_tree_agree() {
         let [glb, obj] = [glb.plant, obj.plant];
         assert_eq!(glb.leaf_triangles(), obj.leaf_triangles());
         assert_eq!(glb.wood.triangles(), obj.wood.triangles());
-        // OBJ holds six decimals.
+        // The OBJ file has six decimals.
         let [glb, obj] = [glb.sphere(), obj.sphere()];
         assert!((glb.radius - obj.radius).abs() < 1e-5, "{glb:?} {obj:?}");
         assert!(glb.center().distance(obj.center()) < 1e-5, "{glb:?} {obj:?}");
@@ -141,7 +142,7 @@ fn compressed_trees_stand_where_the_plain_one_stands() {
     for file in ["eztree_oak_medium_draco.glb", "eztree_oak_medium_meshopt.glb", "eztree_oak_medium_quantize.glb"] {
         let Some(compressed) = load(file, Group::Crossed) else { return };
         let compressed = compressed.plant;
-        // Quantised to 14 bits or finer.
+        // The positions are quantised to 14 bits or more.
         let tolerance = plain.sphere().radius / f64::from(1 << 13);
         assert!((plain.sphere().radius - compressed.sphere().radius).abs() < tolerance, "{file}");
         assert!(plain.sphere().center().distance(compressed.sphere().center()) < tolerance, "{file}");

@@ -1,4 +1,4 @@
-//! What glTF files may say, read from files made here.
+//! Import of glTF features, from files built in memory.
 #![cfg(feature = "simplify")]
 
 #[path = "common/glb.rs"]
@@ -49,7 +49,7 @@ fn order_of_triangles_within_a_leaf_leaves_no_trace() {
     let mut shuffled = file.clone();
     let indices = shuffled.buffer.len() - 6 * 12;
     for leaf in shuffled.buffer[indices..].chunks_exact_mut(12) {
-        // The second triangle first, and both from another corner.
+        // Puts the second triangle first and starts both at another corner.
         leaf.rotate_left(6);
         leaf[..6].rotate_left(2);
         leaf[6..].rotate_left(4);
@@ -67,7 +67,7 @@ fn node_chains_carry_and_mirrors_turn_the_winding() {
         { "mesh": 0, "scale": [-2.0, 1.0, 1.0] }
     ]);
     let plant = plant(&file);
-    // (x, y) goes to (-2 x, y), is turned to (-y, -2 x) and moved.
+    // (x, y) is scaled to (-2 x, y), rotated to (-y, -2 x) and translated.
     assert_eq!(plant.aabb().min, [9.0, -20.0, 0.0]);
     assert_eq!(plant.aabb().max, [10.0, 0.0, 0.0]);
     for corners in plant.indices.chunks_exact(3) {

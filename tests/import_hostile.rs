@@ -1,4 +1,5 @@
-//! Damaged and hostile files give a one-line error or a valid plant: never a panic, a hang or much memory.
+//! Damaged and hostile files produce a one-line error or a valid plant, never a panic, a hang or
+//! excessive memory use.
 #![cfg(feature = "simplify")]
 
 #[path = "common/glb.rs"]
@@ -13,10 +14,10 @@ fn load(bytes: &[u8]) -> Result<Imported, Error> {
     load_gltf_bytes(bytes, Path::new("hostile.glb"), &ImportOptions::default())
 }
 
-/// Applies `damage` to a sound file and asserts that its import fails with one line that contains `says`.
+/// Applies `damage` to a valid file; its import must fail with a single line that contains `says`.
 fn refused(says: &str, damage: impl FnOnce(&mut Gltf)) {
     let mut file = cards(5);
-    load(&file.glb()).expect("the undamaged file is sound");
+    load(&file.glb()).expect("the undamaged file is valid");
     damage(&mut file);
     let error = load(&file.glb()).expect_err(says).to_string();
     assert!(error.contains(says) && !error.contains('\n'), "{error:?} does not say {says:?} in one line");
@@ -31,8 +32,8 @@ fn node_graphs_that_are_no_forest_are_refused() {
     refused("is a child of node 0 and of node 1", |file| {
         file.json["nodes"] = json!([{ "children": [2] }, { "children": [2] }, { "mesh": 0 }]);
     });
-    refused("node 9 is named", |file| file.json["nodes"][0]["children"] = json!([9]));
-    refused("node 7 is named", |file| file.json["scenes"][0]["nodes"] = json!([7]));
+    refused("node 9 is referenced", |file| file.json["nodes"][0]["children"] = json!([9]));
+    refused("node 7 is referenced", |file| file.json["scenes"][0]["nodes"] = json!([7]));
 }
 
 #[test]
@@ -48,24 +49,24 @@ fn a_chain_of_a_hundred_thousand_nodes_is_read() {
 #[test]
 fn what_is_out_of_range_is_refused() {
     let accessor = |key: &'static str, value: Value| move |file: &mut Gltf| file.json["accessors"][0][key] = value;
-    refused("do not lie within", accessor("count", json!(21)));
-    refused("do not lie within", accessor("count", json!(u64::MAX)));
-    refused("do not lie within", accessor("byteOffset", json!(u64::MAX)));
-    refused("do not lie within", accessor("byteOffset", json!(4)));
+    refused("do not fit into", accessor("count", json!(21)));
+    refused("do not fit into", accessor("count", json!(u64::MAX)));
+    refused("do not fit into", accessor("byteOffset", json!(u64::MAX)));
+    refused("do not fit into", accessor("byteOffset", json!(4)));
     refused("buffer view 77", accessor("bufferView", json!(77)));
-    refused("has no buffer view and counts", |file| {
+    refused("elements but has no buffer view", |file| {
         file.json["accessors"][0] = json!({ "componentType": 5126, "type": "VEC3", "count": 1u64 << 40 });
     });
-    refused("buffer view 0 takes", |file| file.json["bufferViews"][0]["byteLength"] = json!(u64::MAX));
-    refused("buffer view 0 takes", |file| file.json["bufferViews"][0]["byteOffset"] = json!(1u64 << 40));
-    refused("buffer view 0 takes", |file| file.json["bufferViews"][0]["buffer"] = json!(3));
-    refused("do not lie within", |file| file.json["bufferViews"][0]["byteStride"] = json!(255));
-    refused("do not lie within", |file| file.json["bufferViews"][0]["byteStride"] = json!(4));
+    refused("buffer view 0 covers", |file| file.json["bufferViews"][0]["byteLength"] = json!(u64::MAX));
+    refused("buffer view 0 covers", |file| file.json["bufferViews"][0]["byteOffset"] = json!(1u64 << 40));
+    refused("buffer view 0 covers", |file| file.json["bufferViews"][0]["buffer"] = json!(3));
+    refused("do not fit into", |file| file.json["bufferViews"][0]["byteStride"] = json!(255));
+    refused("do not fit into", |file| file.json["bufferViews"][0]["byteStride"] = json!(4));
     refused("accessor 55", |file| file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(55));
     refused("accessor 56", |file| file.json["meshes"][0]["primitives"][0]["indices"] = json!(56));
     refused("material 5", |file| file.json["meshes"][0]["primitives"][0]["material"] = json!(5));
     refused("mesh 6", |file| file.json["nodes"][0]["mesh"] = json!(6));
-    refused("index 65535 is beyond", |file| {
+    refused("index 65535 is out of range", |file| {
         let end = file.buffer.len();
         file.buffer[end - 2..].copy_from_slice(&[255, 255]);
     });
@@ -73,20 +74,20 @@ fn what_is_out_of_range_is_refused() {
 
 #[test]
 fn wrong_types_are_refused() {
-    refused("not unsigned integers", |file| {
+    refused("must be scalar unsigned integers", |file| {
         file.json["accessors"][2]["componentType"] = json!(5126);
         file.json["accessors"][2]["count"] = json!(15);
     });
-    refused("no known component type", |file| file.json["accessors"][0]["componentType"] = json!(5124));
+    refused("an unknown component type", |file| file.json["accessors"][0]["componentType"] = json!(5124));
     refused("has 2 components", |file| file.json["accessors"][0]["type"] = json!("VEC2"));
     refused("no positions", |file| file.json["meshes"][0]["primitives"][0]["attributes"] = json!({}));
-    refused("not glTF", |file| file.json["nodes"] = json!(7));
+    refused("not valid glTF", |file| file.json["nodes"] = json!(7));
     refused("is not supported", |file| file.json["extensionsRequired"] = json!(["ACME_unknown"]));
 }
 
 #[test]
 fn sparse_places_beyond_the_accessor_are_refused() {
-    for (place, says) in [(20, "replaces element 20 of 20"), (19, "do not lie within")] {
+    for (place, says) in [(20, "replaces element 20 of 20"), (19, "do not fit into")] {
         refused(says, |file| {
             let scalar = json!({ "componentType": 5121, "type": "SCALAR", "count": 1 });
             let accessor = file.push(&[place], scalar);
@@ -105,7 +106,7 @@ fn positions_that_are_no_numbers_are_refused_by_index() {
     for value in [f32::NAN, f32::INFINITY] {
         refused("the position of vertex 7", |file| file.buffer[7 * 12..][..4].copy_from_slice(&value.to_le_bytes()));
     }
-    refused("carries a vertex to", |file| file.json["nodes"][0]["scale"] = json!([3e38, 1.0, 1.0]));
+    refused("moves a vertex to", |file| file.json["nodes"][0]["scale"] = json!([3e38, 1.0, 1.0]));
 }
 
 #[test]
@@ -131,10 +132,10 @@ fn compressed_views_that_can_not_be_are_refused() {
     refused("cannot come from", compress(json!({ "count": 1u64 << 40 })));
     refused("cannot come from", compress(json!({ "count": u64::MAX, "byteStride": u64::MAX })));
     refused("attributes start with", compress(json!({})));
-    refused("a stride of 0", compress(json!({ "byteStride": 0 })));
+    refused("unsupported stride of 0", compress(json!({ "byteStride": 0 })));
     refused("unknown mode", compress(json!({ "mode": "MAGIC" })));
     refused("unknown filter", compress(json!({ "filter": "MAGIC" })));
-    refused("takes 999999 bytes", compress(json!({ "byteLength": 999_999 })));
+    refused("covers 999999 bytes", compress(json!({ "byteLength": 999_999 })));
     refused("byteStride is missing", compress(json!({ "byteStride": -4 })));
 }
 
@@ -157,7 +158,7 @@ fn every_truncation_of_a_binary_file_is_refused() {
     }
 }
 
-/// A stream of numbers that is the same on every run (Knuth's linear congruence).
+/// Pseudorandom numbers, the same on every run (Knuth's linear congruential generator).
 fn numbers(mut state: u64) -> impl FnMut(usize) -> usize {
     move |below| {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -165,7 +166,7 @@ fn numbers(mut state: u64) -> impl FnMut(usize) -> usize {
     }
 }
 
-/// Imports `count` damaged copies of `bytes`; every plant that comes out has been validated by the import.
+/// Imports `count` damaged copies of `bytes`. The import validates every plant that it returns.
 fn survive(bytes: &[u8], count: usize, import: impl Fn(&[u8])) {
     let mut number = numbers(bytes.len() as u64);
     for _ in 0..count {
@@ -223,7 +224,7 @@ fn obj_of_many_cards_without_materials_is_foliage() {
 #[test]
 fn damaged_compressed_trees_never_panic() {
     let Some(folder) = std::env::var_os("FOLIAGE_TREES") else {
-        eprintln!("skipped: FOLIAGE_TREES names no folder");
+        eprintln!("skipped: FOLIAGE_TREES is not set");
         return;
     };
     for file in ["fern_02_meshopt_webp.glb", "eztree_oak_medium_draco.glb"] {

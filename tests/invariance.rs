@@ -1,4 +1,4 @@
-//! A world a million times larger or smaller, or a million units away, gives the same results.
+//! A world a million times larger or smaller, or a million units away, produces the same results.
 #![cfg(all(feature = "render", feature = "simplify"))]
 
 #[path = "common/glb.rs"]
@@ -7,27 +7,22 @@ mod glb;
 mod gpu;
 
 use foliage_lod::{
-    Plant,
-    grow::{GrowOptions, Species, glb::write_glb, grow},
+    FoliageModel, FoliageRenderer, Grove, Instance, Look, LookAt, Plant,
+    export::write_glb,
+    gpu::{Offscreen, TARGET},
+    grow::{GrowOptions, Species, grow},
     import::{ImportOptions, Imported, load_gltf_bytes},
     leaf::Vertex,
-    model::FoliageModel,
-    render::{
-        camera::Camera,
-        foliage::{FoliageRenderer, Instance},
-        image::Image,
-        offscreen::{Offscreen, TARGET},
-        software::{DrawList, DrawOptions, Painter, Placed, draw_model},
-    },
-    scene::{Grove, Kind, Placement},
-    simplify::{Quiet, Simplified, SimplifyOptions, raster::CpuFragments, simplify},
+    scene::{Kind, Placement},
+    simplify::{CpuFragments, Quiet, Simplified, SimplifyOptions, simplify},
+    software::{DrawList, DrawOptions, Image, Painter, Placed, draw_model},
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use glb::Gltf;
 use serde_json::json;
 use std::path::Path;
 
-/// A world as seen from one of ordinary size at the origin: how much larger, and where its origin is.
+/// A world relative to one of ordinary size at the origin: its scale and where its origin is.
 #[derive(Debug, Clone, Copy)]
 struct World {
     scale: f64,
@@ -53,9 +48,9 @@ impl World {
         DAffine3 { matrix3: place.matrix3 * self.scale, translation: self.point(place.translation) }
     }
 
-    fn camera(&self, camera: &Camera) -> Camera {
+    fn camera(&self, camera: &LookAt) -> LookAt {
         let [eye, target] = [camera.eye, camera.target].map(|point| self.point(point));
-        Camera { eye, target, near: camera.near * self.scale, ..*camera }
+        LookAt { eye, target, near: camera.near * self.scale, ..*camera }
     }
 }
 
@@ -69,11 +64,11 @@ fn simplified(plant: &Plant, options: SimplifyOptions) -> Simplified {
     simplify(plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap()
 }
 
-/// A model, three plants of it and a camera.
-fn scene() -> (FoliageModel, [DAffine3; 3], Camera) {
+/// A model, the transforms of three plants of it, and a camera.
+fn scene() -> (FoliageModel, [DAffine3; 3], LookAt) {
     let model = simplified(&birch(300), SimplifyOptions::paper()).model;
     let radius = model.sphere().radius;
-    let camera = Camera::framing(&model.sphere(), DVec3::new(0.4, 0.3, 1.0), 0.8, 1.2).with_aspect(1.2);
+    let camera = LookAt::framing(&model.sphere(), DVec3::new(0.4, 0.3, 1.0), 0.8, 1.2).with_aspect(1.2);
     let place = |x: f64, z: f64, turn: f64| DAffine3 {
         translation: DVec3::new(x, 0.0, z) * radius,
         ..DAffine3::from_rotation_y(turn)
@@ -81,13 +76,13 @@ fn scene() -> (FoliageModel, [DAffine3; 3], Camera) {
     (model, [place(0.0, 0.0, 0.0), place(-1.0, -3.0, 1.0), place(2.0, -9.0, 2.0)], camera)
 }
 
-/// The first `n` leaves from the side, framed.
+/// A picture of the first `n` leaves, framed from the side.
 fn picture(model: &FoliageModel, n: usize) -> Image {
-    let camera = Camera::framing(&model.sphere(), DVec3::new(0.4, 0.3, 1.0), 0.8, 1.2);
-    draw_model(model, n, &camera, [160; 2], &DrawOptions::default()).unwrap()
+    let camera = LookAt::framing(&model.sphere(), DVec3::new(0.4, 0.3, 1.0), 0.8, 1.2);
+    draw_model(model, n, &camera.camera(160), [160; 2], &DrawOptions::default()).unwrap()
 }
 
-/// Mean difference of all channels, of which 1 is all.
+/// Mean difference over all channels, from 0 to 1.
 fn difference(a: &Image, b: &Image) -> f64 {
     let sum: u64 = a.rgba.iter().zip(&b.rgba).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
     sum as f64 / (255 * a.rgba.len()) as f64
@@ -112,7 +107,7 @@ fn instances_and_camera_moved_and_scaled_together_give_the_same_counts() {
         let mut active = Vec::new();
         Grove::new(vec![Kind::new(&model)], &placements)
             .unwrap()
-            .select(&world.camera(&camera).viewer(1080.0), &mut active);
+            .select(&world.camera(&camera).camera(1080), &mut active);
         active
     };
     let expected = counts(&HERE);
@@ -134,7 +129,7 @@ fn instances_and_camera_moved_and_scaled_together_give_the_same_picture() {
     let painter = Painter::new(&model.materials, &model.textures).unwrap();
     let on_cpu = |world: &World| {
         let placed = places.each_ref().map(|place| Placed::new(&list, world.place(place)));
-        painter.draw_placed(&placed, &world.camera(&camera), SIZE, &DrawOptions::default()).unwrap()
+        painter.draw_placed(&placed, &world.camera(&camera).camera(SIZE[1]), SIZE, &DrawOptions::default()).unwrap()
     };
     let expected = on_cpu(&HERE);
     for world in WORLDS {
@@ -143,11 +138,11 @@ fn instances_and_camera_moved_and_scaled_together_give_the_same_picture() {
     }
     let Some(gpu) = gpu::gpu() else { return };
     let target = Offscreen::new(&gpu, SIZE).unwrap();
-    let mut foliage = FoliageRenderer::new(gpu.device(), TARGET);
+    let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, Look::default()).unwrap();
     let id = foliage.add_model(gpu.device(), gpu.queue(), &model).unwrap();
     let mut on_gpu = |world: &World| {
         let instances = places.each_ref().map(|place| Instance::new(id, world.place(place), 150.0));
-        foliage.prepare(gpu.device(), gpu.queue(), &world.camera(&camera), &instances).unwrap();
+        foliage.prepare(gpu.device(), gpu.queue(), world.camera(&camera).camera(SIZE[1]), &instances).unwrap();
         target.picture(&foliage).unwrap()
     };
     let expected = on_gpu(&HERE);
@@ -157,7 +152,7 @@ fn instances_and_camera_moved_and_scaled_together_give_the_same_picture() {
     }
 }
 
-/// The plant read from a file whose one scene stands under a node of `world`.
+/// The plant imported from a file whose only scene is under a node with the transform of `world`.
 fn imported(plant: &Plant, world: &World) -> Imported {
     let mut file = Gltf::of(&write_glb(plant).unwrap());
     let roots = file.json["scenes"][0]["nodes"].clone();
@@ -168,7 +163,8 @@ fn imported(plant: &Plant, world: &World) -> Imported {
     load_gltf_bytes(&file.glb(), Path::new("birch.glb"), &ImportOptions::default()).unwrap()
 }
 
-/// Where each leaf is attached and the middles of all triangles, seen from the plant's middle in its radii.
+/// Pivots and centres of all leaves and centres of all wood triangles, relative to the plant's
+/// centre and in units of its radius.
 fn relative(plant: &Plant) -> Vec<DVec3> {
     let sphere = plant.sphere();
     let position = |position: [f32; 3]| (Vec3::from(position).as_dvec3() - sphere.center()) / sphere.radius;
@@ -184,7 +180,8 @@ fn relative(plant: &Plant) -> Vec<DVec3> {
     pivots.chain(of_leaves).chain(middles(&plant.wood.vertices, &plant.wood.indices)).collect()
 }
 
-/// Decimal factors round the file's own numbers, so a few fragments in a hundred thousand differ, and with them what ties.
+/// Decimal factors round the numbers in the file, so a few fragments in a hundred thousand differ,
+/// and ties may be broken differently.
 #[test]
 fn a_node_that_moves_and_scales_the_plant_changes_it_by_rounding_alone() {
     let plant = birch(1000);
@@ -220,8 +217,9 @@ fn a_node_that_scales_the_plant_by_a_power_of_two_changes_no_choice() {
     for options in [SimplifyOptions::paper(), SimplifyOptions::balanced(), SimplifyOptions::best()] {
         let choices = |exponent: i32| {
             let world = World { scale: 2_f64.powi(exponent), ..HERE };
-            let leaves = simplified(&imported(&plant, &world).plant, options.clone()).model.leaves;
-            leaves
+            let model = simplified(&imported(&plant, &world).plant, options.clone()).model;
+            model
+                .leaves
                 .iter()
                 .map(|leaf| (leaf.leaf_to_split, leaf.scale.to_bits(), leaf.error.to_bits()))
                 .collect::<Vec<_>>()

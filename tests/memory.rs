@@ -1,4 +1,4 @@
-//! The memory of a simplification is told before it is taken.
+//! The memory for a simplification is estimated before it is allocated.
 #![cfg(feature = "simplify")]
 
 mod common;
@@ -8,19 +8,16 @@ use foliage_lod::{
     Error, Plant, Result,
     grow::{GrowOptions, Species, grow},
     simplify::{
-        Quiet, SimplifyOptions,
-        fragments::{AlphaMask, Coverage, FragmentSource, ViewTriangles},
-        memory::{available_bytes, estimated_bytes},
-        raster::CpuFragments,
-        simplify,
+        AlphaMask, Coverage, CpuFragments, FragmentSource, Quiet, SimplifyOptions, ViewTriangles, available_bytes,
+        estimated_bytes, simplify,
     },
 };
 use std::sync::Mutex;
 
-/// One test at a time: they look at the whole process.
+/// Lets one test run at a time, because they measure the whole process.
 static ALONE: Mutex<()> = Mutex::new(());
 
-/// A rasteriser that must not be asked.
+/// A rasteriser that must not be called.
 struct Untouched;
 
 impl FragmentSource for Untouched {
@@ -29,11 +26,11 @@ impl FragmentSource for Untouched {
     }
 
     fn prepare(&mut self, _: &[AlphaMask]) -> Result<()> {
-        panic!("the work began")
+        panic!("the work started")
     }
 
     fn capture(&mut self, _: ViewTriangles<'_>, _: &mut Vec<Coverage>) -> Result<()> {
-        panic!("the work began")
+        panic!("the work started")
     }
 }
 
@@ -42,7 +39,7 @@ fn megabytes(plant: &Plant, options: &SimplifyOptions) -> u64 {
 }
 
 #[test]
-fn what_is_expected_above_the_limit_is_refused_before_the_work() {
+fn an_estimate_above_the_limit_is_refused_before_the_work() {
     let _alone = ALONE.lock();
     let plant = plants::quads(100, 1.0, 3);
     let options = SimplifyOptions { resolution: 128, ..SimplifyOptions::paper() };
@@ -51,7 +48,7 @@ fn what_is_expected_above_the_limit_is_refused_before_the_work() {
     match simplify(&plant, &limited(expected - 1), &mut Untouched, &mut Quiet) {
         Err(Error::TooLarge { value, limit, fix, .. }) => {
             assert_eq!([value, limit], [expected, expected - 1]);
-            assert!(fix.contains("--resolution or --views"), "{fix}");
+            assert!(fix.contains("`resolution` or `views`"), "{fix}");
         }
         other => panic!("{other:?}"),
     }
@@ -60,10 +57,10 @@ fn what_is_expected_above_the_limit_is_refused_before_the_work() {
     assert!(allowed == unlimited);
 }
 
-/// 20 views of 2048 x 2048, each pixel under 5,000 cards: 7 TB.
+/// 20 views of 2048 x 2048 with 5,000 cards over each pixel would take 7 TB.
 #[cfg(target_os = "linux")]
 #[test]
-fn without_a_limit_the_machine_is_one() {
+fn without_a_limit_the_available_memory_is_the_limit() {
     let _alone = ALONE.lock();
     let mut plant = plants::bare("stack");
     for i in 0..20_000 {
@@ -76,7 +73,7 @@ fn without_a_limit_the_machine_is_one() {
     assert!(matches!(refused, Err(Error::TooLarge { .. })), "{refused:?}");
 }
 
-/// A line of the process's status, in bytes.
+/// The value of `key` in `/proc/self/status`, in bytes.
 #[cfg(target_os = "linux")]
 fn status(key: &str) -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
@@ -84,10 +81,11 @@ fn status(key: &str) -> f64 {
     1024.0 * line.trim().trim_end_matches(" kB").parse::<f64>().unwrap()
 }
 
-/// What a run frees the next one takes again: all are counted from before the first, the smallest comes first.
+/// Memory freed by one run is reused by the next, so all runs are measured from before the first
+/// one, in order of increasing size.
 #[cfg(target_os = "linux")]
 #[test]
-fn what_is_expected_is_near_what_is_taken() {
+fn the_estimate_is_near_the_measured_peak() {
     let _alone = ALONE.lock();
     let grown = |name| {
         grow(&Species::embedded(name).unwrap(), &GrowOptions { leaves: Some(4000), ..GrowOptions::default() }).unwrap()
@@ -98,21 +96,21 @@ fn what_is_expected_is_near_what_is_taken() {
     let before = status("VmRSS:");
     for (plant, options) in [(&birch, &balanced), (&oak, &balanced), (&birch, &paper), (&oak, &paper)] {
         if std::fs::write("/proc/self/clear_refs", "5").is_err() {
-            return println!("skipped: the system does not count peaks anew");
+            return println!("skipped: the system does not reset peak memory");
         }
         simplify(plant, options, &mut CpuFragments::new(), &mut Quiet).unwrap();
-        let taken = status("VmHWM:") - before;
-        let expected = estimated_bytes(plant, options).unwrap() as f64;
+        let measured = status("VmHWM:") - before;
+        let estimated = estimated_bytes(plant, options).unwrap() as f64;
         println!(
-            "{} by {}: {:.1} MB taken, {:.1} MB expected",
+            "{} by {}: {:.1} MB measured, {:.1} MB estimated",
             plant.name,
             options.preset,
-            taken / 1e6,
-            expected / 1e6
+            measured / 1e6,
+            estimated / 1e6
         );
         assert!(
-            (0.6..2.0).contains(&(expected / taken)),
-            "{} by {}: {expected} of {taken}",
+            (0.6..2.0).contains(&(estimated / measured)),
+            "{} by {}: {estimated} estimated, {measured} measured",
             plant.name,
             options.preset
         );

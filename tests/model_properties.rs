@@ -1,4 +1,4 @@
-//! What holds for the model of any plant by any options.
+//! Properties of every model, for any plant and any options.
 #![cfg(feature = "simplify")]
 
 mod common;
@@ -8,18 +8,15 @@ use common::{
     plants,
 };
 use foliage_lod::{
-    Plant,
-    model::{Timeline, Transition, scaled},
-    render::{
-        camera::Camera,
-        software::{draw_model, draw_plant},
-    },
-    simplify::{SimplifyOptions, views::VIEW_COUNTS},
+    LookAt, Plant, Timeline,
+    model::{Transition, scaled},
+    simplify::{SimplifyOptions, VIEW_COUNTS},
+    software::{draw_model, draw_plant},
 };
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
-/// Any small plant of any kind of leaf.
+/// Any small plant, with any kind of leaf.
 fn any_plant() -> impl Strategy<Value = Plant> {
     (0..6, 1..40_usize, any::<u64>()).prop_map(|(kind, leaves, seed)| match kind {
         0 => plants::quads(leaves, 3.0, seed),
@@ -105,7 +102,7 @@ proptest! {
         let aabb = model.enlarged_aabb();
         let slack = Vec3::splat(1e-5 * model.enlarged_sphere().radius as f32);
         let bounds = plants::closed_box(Vec3::from(aabb.min) - slack, Vec3::from(aabb.max) + slack);
-        let camera = Camera::framing(&model.enlarged_sphere(), DVec3::from(direction), 0.8, 1.1);
+        let camera = LookAt::framing(&model.enlarged_sphere(), DVec3::from(direction), 0.8, 1.1).camera(SIZE[1]);
         let shown = draw_model(&model, n, &camera, SIZE, &bare()).unwrap();
         let within = draw_plant(&bounds, &camera, SIZE, &bare()).unwrap();
         let alphas = shown.rgba.iter().zip(&within.rgba).skip(3).step_by(4);

@@ -1,4 +1,4 @@
-//! The page on numbers names tests that exist.
+//! Every test named in `src/numerics.rs` exists.
 
 use std::{fs, path::Path};
 

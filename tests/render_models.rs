@@ -1,25 +1,18 @@
-//! Claims about plants drawn on the GPU, against the CPU drawer and against themselves.
+//! Plants drawn on the GPU, compared with the CPU renderer and with each other.
 //!
-//! Without an adapter the tests say so and pass; with `FOLIAGE_REQUIRE_ADAPTER=1` they fail.
+//! Without an adapter the tests print a note and pass; with `FOLIAGE_REQUIRE_ADAPTER=1` they fail.
 #![cfg(all(feature = "render", feature = "simplify"))]
 
 mod common;
 
 use common::gpu::{difference, gpu};
 use foliage_lod::{
-    extract::Swap,
+    FoliageModel, FoliageRenderer, Instance, Look, LookAt, Swap,
+    draw::{Coloring, ModelId, Prepared},
+    gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
-    model::FoliageModel,
-    render::{
-        camera::Camera,
-        device::GpuDevice,
-        foliage::{FoliageRenderer, Instance, ModelId, Prepared},
-        image::Image,
-        offscreen::{Offscreen, TARGET},
-        software::{DrawList, DrawOptions, Painter},
-        surface::Coloring,
-    },
-    simplify::{Quiet, SimplifyOptions, raster::CpuFragments, simplify},
+    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
+    software::{DrawList, DrawOptions, Image, Painter},
 };
 use glam::{DAffine3, DVec3};
 
@@ -32,12 +25,16 @@ fn model(species: &str, leaves: u32) -> FoliageModel {
     simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model
 }
 
-fn camera(model: &FoliageModel) -> Camera {
+fn camera(model: &FoliageModel) -> LookAt {
     let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
-    Camera::framing(&model.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.8, 1.0).with_aspect(aspect)
+    LookAt::framing(&model.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.8, 1.0).with_aspect(aspect)
 }
 
-/// A device with one target and the models of a test.
+/// Rows of the screen that thin stems are left out for. The CPU leaves none out: more rows than the
+/// pictures have keep nearly all.
+const HEIGHT_PX: u32 = 1080;
+
+/// A device with one target and the models of the test.
 struct Stage {
     gpu: GpuDevice,
     target: Offscreen,
@@ -49,17 +46,17 @@ impl Stage {
     fn new(models: &[&FoliageModel]) -> Option<Self> {
         let gpu = gpu()?;
         let target = Offscreen::new(&gpu, SIZE).unwrap();
-        let mut foliage = FoliageRenderer::new(gpu.device(), TARGET);
+        let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, Look::default()).unwrap();
         let add = |model: &&FoliageModel| foliage.add_model(gpu.device(), gpu.queue(), model).unwrap();
         let models = models.iter().map(add).collect();
         Some(Self { gpu, target, foliage, models })
     }
 
-    fn prepare(&mut self, camera: &Camera, instances: &[Instance]) -> Prepared {
-        self.foliage.prepare(self.gpu.device(), self.gpu.queue(), camera, instances).unwrap()
+    fn prepare(&mut self, camera: &LookAt, instances: &[Instance]) -> Prepared {
+        self.foliage.prepare(self.gpu.device(), self.gpu.queue(), camera.camera(HEIGHT_PX), instances).unwrap()
     }
 
-    fn picture(&mut self, camera: &Camera, instances: &[Instance]) -> Image {
+    fn picture(&mut self, camera: &LookAt, instances: &[Instance]) -> Image {
         self.prepare(camera, instances);
         self.target.picture(&self.foliage).unwrap()
     }
@@ -80,14 +77,15 @@ fn the_gpu_draws_what_the_cpu_draws() {
             let n = (leaves as f32 * share).round();
             let drawn = stage.picture(&camera, &[stage.at_origin(n)]);
             let list = DrawList::of_model(&model, n as usize);
-            let painted = painter.draw(&list, &camera, SIZE, &DrawOptions::default()).unwrap();
+            let painted = painter.draw(&list, &camera.camera(SIZE[1]), SIZE, &DrawOptions::default()).unwrap();
             let (mean, percentile) = difference(&drawn, &painted);
             println!("{species} at {n}: mean {mean:.2}, 95th percentile {percentile}");
             if let Some(folder) = std::env::var_os("FOLIAGE_PICTURES") {
                 let path = std::path::Path::new(&folder).join(format!("{species}-{n}.png"));
                 Image::side_by_side(&[drawn, painted], 4).write_png(path).unwrap();
             }
-            // Four samples against sixteen, filtered levels against nearest ones.
+            // The GPU takes 4 samples per pixel and filters between mip levels; the CPU takes 16
+            // and uses the nearest level.
             assert!(mean < 3.0 && percentile < 40, "{species} at {n}: {mean} {percentile}");
         }
     }
@@ -100,7 +98,7 @@ fn scales_that_the_plant_keeps_and_those_of_the_timeline_give_the_same_bytes() {
     let camera = camera(&model);
     let mut swap = Swap::new(&model);
     let (device, queue) = (stage.gpu.device().clone(), stage.gpu.queue().clone());
-    // Another plant's scales lie before: offsets count.
+    // Another plant's scales come first in the buffer, so that the offset is not 0.
     stage.foliage.add_scales(&device, &queue, &swap).unwrap();
     let scales = stage.foliage.add_scales(&device, &queue, &swap).unwrap();
     for n in [300, 1, 299, 30, 150, 0] {
@@ -126,7 +124,7 @@ fn between_two_counts_pictures_pass_from_one_to_the_other() {
     assert!(steps[0] == at(12.0) && steps[8] == at(13.0) && steps[0] != steps[8]);
     let whole = difference(&steps[0], &steps[8]).0;
     for pair in steps.windows(2) {
-        assert!(difference(&pair[0], &pair[1]).0 < 0.5 * whole, "a jump within one leaf");
+        assert!(difference(&pair[0], &pair[1]).0 < 0.5 * whole, "the picture jumps within one leaf");
     }
 }
 
@@ -144,11 +142,11 @@ fn any_number_of_plants_takes_a_few_draws_a_model() {
             .collect();
         let prepared = stage.prepare(&camera, &plants);
         assert_eq!((prepared.instances, prepared.skipped), (count as u32, 0));
-        // One for the leaves of each model, and one for each thickness down to which stems are drawn.
+        // One draw call for the leaves of each model, and one for each stem thickness cutoff.
         assert!((4..=16).contains(&prepared.draws), "{count} plants: {}", prepared.draws);
         assert_eq!(prepared.leaves, (0..count as u64).map(|i| i % 60 + 1).sum::<u64>());
     }
-    // What is drawn first has no influence on what is seen.
+    // The draw order does not affect the picture.
     let mut plants = [stage.at_origin(60.0), Instance { model: stage.models[1], ..stage.at_origin(80.0) }];
     let drawn = stage.picture(&camera, &plants);
     plants.reverse();
@@ -185,14 +183,14 @@ fn a_plant_far_from_the_origin_looks_as_it_does_there() {
     let instance = stage.at_origin(200.0);
     let expected = stage.picture(&here, &[instance]);
     let away = DVec3::new(3e6, -1e6, 7e6);
-    let there = Camera { eye: here.eye + away, target: here.target + away, ..here };
+    let there = LookAt { eye: here.eye + away, target: here.target + away, ..here };
     let moved = Instance { world_from_plant: DAffine3::from_translation(away), ..instance };
     let (mean, percentile) = difference(&expected, &stage.picture(&there, &[moved]));
     assert!(mean < 0.05 && percentile <= 1, "{mean} {percentile}");
 }
 
 #[test]
-fn colourings_tell_leaves_apart_and_show_their_order() {
+fn colourings_distinguish_leaves_and_show_their_order() {
     let model = model("english-oak", 200);
     let Some(mut stage) = Stage::new(&[&model]) else { return };
     let camera = camera(&model);
@@ -203,10 +201,10 @@ fn colourings_tell_leaves_apart_and_show_their_order() {
         picture.rgba.chunks_exact(4).filter(|rgba| u32::from(rgba[0]) > u32::from(rgba[2]) + 100).count()
     };
     let orange = [20.0, 200.0].map(|active| colors(Coloring::PruneOrder, active));
-    assert!(orange[1] > 4 * orange[0].max(20), "few of the first leaves are orange: {orange:?}");
+    assert!(orange[1] > 4 * orange[0].max(20), "few of the first leaves should be orange: {orange:?}");
     let sheets = colors(Coloring::Flat, 200.0);
     let edges = colors(Coloring::Wire, 200.0);
-    assert!(edges <= sheets, "{edges} pixels of edges, {sheets} of sheets");
+    assert!(edges <= sheets, "{edges} pixels of edges, {sheets} of filled leaves");
 }
 
 #[test]
@@ -229,7 +227,7 @@ fn a_lost_device_is_an_error_and_not_a_panic() {
     assert!(error.starts_with("GPU: ") && !error.contains('\n'), "{error}");
 }
 
-/// Small pictures that are kept: a change of how plants look must be meant. `FOLIAGE_BLESS=1` writes them anew.
+/// Golden pictures, so that plants change only on purpose. `FOLIAGE_BLESS=1` rewrites them.
 #[test]
 fn pictures_stay_as_they_were() {
     let model = model("english-oak", 400);
@@ -245,7 +243,7 @@ fn pictures_stay_as_they_were() {
         let golden = image::open(&path).unwrap().into_rgba8();
         let golden = Image { width: golden.width(), height: golden.height(), rgba: golden.into_raw() };
         let (mean, percentile) = difference(&picture, &golden);
-        // Adapters filter textures and place samples a little differently.
+        // Adapters differ slightly in texture filtering and sample positions.
         assert!(mean < 1.0 && percentile < 12, "oak at {active}: mean {mean}, 95th percentile {percentile}");
     }
 }

@@ -1,16 +1,16 @@
-//! Claims about groves, against a scan of all plants.
+//! Selection from a grove, compared with a scan of all plants.
 #![cfg(feature = "render")]
 
 use foliage_lod::{
+    Camera, Depth, Grove, LookAt,
     bounds::Sphere,
-    extract::{Sight, lod::Blend},
-    render::camera::Camera,
-    scene::{Active, Grove, Kind, Placement, Viewer},
+    extract::{Blend, Sight},
+    scene::{Active, Kind, Placement},
 };
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use proptest::prelude::*;
 
-const HEIGHT_PX: f32 = 480.0;
+const HEIGHT_PX: u32 = 480;
 
 fn kinds() -> Vec<Kind> {
     let kind = |leaves, radius| Kind {
@@ -31,14 +31,14 @@ fn at(kind: u32, position: DVec3, scale: f64, turn: f64) -> Placement {
     }
 }
 
-fn selected(placements: &[Placement], viewer: &Viewer) -> Vec<Active> {
+fn selected(placements: &[Placement], camera: &Camera) -> Vec<Active> {
     let mut out = Vec::new();
-    Grove::new(kinds(), placements).unwrap().select(viewer, &mut out);
+    Grove::new(kinds(), placements).unwrap().select(camera, &mut out);
     out
 }
 
-/// Whether a point of the sphere about `center` shows in the picture: many points are tried.
-fn is_seen(viewer: &Viewer, center: DVec3, radius: f64) -> bool {
+/// Whether the centre of the sphere, or any of many sample points on it, is inside the picture.
+fn is_seen(camera: &Camera, center: DVec3, radius: f64) -> bool {
     let golden = std::f64::consts::PI * (5.0_f64.sqrt() - 1.0);
     let point = |i: u32| {
         let y = 1.0 - f64::from(i) / 200.0;
@@ -46,13 +46,13 @@ fn is_seen(viewer: &Viewer, center: DVec3, radius: f64) -> bool {
         center + DVec3::new(around.cos() * level, y, around.sin() * level) * radius
     };
     (0..=400).map(point).chain([center]).any(|point| {
-        let clip = viewer.clip_from_world * point.extend(1.0);
+        let clip = camera.clip_from_world * point.extend(1.0);
         clip.w > 0.0 && clip.x.abs() <= clip.w && clip.y.abs() <= clip.w
     })
 }
 
-/// Whether the sphere lies wholly outside one side of the picture, from the angles of a symmetric camera.
-fn is_outside(camera: &Camera, center: DVec3, radius: f64) -> bool {
+/// Whether the sphere is entirely outside one frustum plane, from a symmetric camera's angles.
+fn is_outside(camera: &LookAt, center: DVec3, radius: f64) -> bool {
     let seen = camera.camera_from_world().transform_point3(center);
     let half_y = camera.fov_y_radians * 0.5;
     let half_x = (half_y.tan() * camera.aspect).atan();
@@ -60,8 +60,8 @@ fn is_outside(camera: &Camera, center: DVec3, radius: f64) -> bool {
     beyond(seen.x, half_x) || beyond(seen.y, half_y) || seen.z > radius * (1.0 + 1e-6)
 }
 
-fn camera(eye: DVec3, target: DVec3, fov_y: f64, aspect: f64) -> Camera {
-    Camera { eye, target, up: DVec3::Y, fov_y_radians: fov_y, aspect, near: 0.01 }
+fn camera(eye: DVec3, target: DVec3, fov_y: f64, aspect: f64) -> LookAt {
+    LookAt { eye, target, up: DVec3::Y, fov_y_radians: fov_y, aspect, near: 0.01 }
 }
 
 proptest! {
@@ -76,7 +76,7 @@ proptest! {
         let placements: Vec<Placement> = spots.iter()
             .map(|&(kind, x, z, scale, turn)| at(kind, origin + DVec3::new(x, 0.0, z), scale, turn)).collect();
         let camera = camera(origin + DVec3::from(eye), origin + DVec3::from(target), fov_deg.to_radians(), aspect);
-        let viewer = camera.viewer(HEIGHT_PX);
+        let viewer = camera.camera(HEIGHT_PX);
         let active = selected(&placements, &viewer);
         prop_assert!(active.windows(2).all(|pair| pair[0].instance < pair[1].instance));
         for (i, placement) in placements.iter().enumerate() {
@@ -95,7 +95,7 @@ proptest! {
                 let distance = placement.world_from_plant.transform_point3(kind.sphere.center()).distance(camera.eye);
                 let radius = kind.sphere.radius * scale;
                 let sight = Sight {
-                    distance: distance as f32, radius: radius as f32, fov_y: viewer.fov_y, height_px: HEIGHT_PX,
+                    distance: distance as f32, radius: radius as f32, fov_y: camera.fov_y_radians as f32, height_px: HEIGHT_PX as f32,
                 };
                 let wanted = (kind.policy.lod(&sight) * kind.leaves as f32).clamp(3.0, kind.leaves as f32);
                 prop_assert!((found.count - wanted).abs() < 1e-3 * wanted + 1e-3, "{} for {}", found.count, wanted);
@@ -106,7 +106,7 @@ proptest! {
 
 #[test]
 fn a_thousand_plants_on_one_spot_and_none_at_all_are_fine() {
-    let viewer = camera(DVec3::Z * 30.0, DVec3::ZERO, 1.0, 1.0).viewer(HEIGHT_PX);
+    let viewer = camera(DVec3::Z * 30.0, DVec3::ZERO, 1.0, 1.0).camera(HEIGHT_PX);
     assert!(selected(&[], &viewer).is_empty());
     assert_eq!(selected(&[at(0, DVec3::ZERO, 1.0, 0.0); 1000], &viewer).len(), 1000);
     assert!(selected(&[at(0, DVec3::Z * 99.0, 1.0, 0.0); 1000], &viewer).is_empty());
@@ -117,7 +117,7 @@ fn a_trembling_camera_changes_no_count_and_a_dolly_changes_it_little_by_little()
     let mut grove = Grove::new(kinds(), &[at(0, DVec3::ZERO, 1.0, 0.0)]).unwrap();
     let mut out = Vec::new();
     let mut count = |z: f64| {
-        grove.select(&camera(DVec3::new(0.0, 4.0, z), DVec3::Y * 4.0, 1.0, 1.0).viewer(HEIGHT_PX), &mut out);
+        grove.select(&camera(DVec3::new(0.0, 4.0, z), DVec3::Y * 4.0, 1.0, 1.0).camera(HEIGHT_PX), &mut out);
         out[0].count
     };
     let still = count(100.0);
@@ -148,7 +148,7 @@ fn a_placement_that_is_not_finite_or_of_no_kind_is_refused_by_number() {
 #[test]
 fn a_viewer_that_is_not_a_number_sees_all_and_counts_stay_in_range() {
     let placements = [at(0, DVec3::ZERO, 1.0, 0.0), at(1, DVec3::X * 1e5, 1.0, 0.0)];
-    let viewer = Viewer { eye: DVec3::NAN, clip_from_world: DMat4::NAN, fov_y: f32::NAN, height_px: f32::NAN };
+    let viewer = Camera { eye: DVec3::NAN, clip_from_world: DMat4::NAN, height_px: 0, depth: Depth::Reversed };
     let active = selected(&placements, &viewer);
     assert_eq!(active.len(), 2);
     assert!(active.iter().all(|active| active.count >= 3.0 && active.count <= 1000.0), "{active:?}");

@@ -1,9 +1,9 @@
-//! Scene files: what is read, where things stand, and what a wrong one is told.
+//! Scene files: values read, positions of plants and cameras, and error messages.
 #![cfg(feature = "scene")]
 
 use foliage_lod::{
-    effects::{FadeBy, fade::Rule},
-    scene::{SceneFile, lod::Policy},
+    effects::{FadeBy, FadeRule},
+    scene::{Policy, SceneFile},
 };
 use glam::DVec3;
 use std::path::Path;
@@ -30,8 +30,8 @@ fn the_samples_are_read_and_hold_what_they_say() {
     assert_eq!(forest.plants.len() + forest.scatter[0].spots().unwrap().len(), 1000);
     assert!(turntable.effects.wind.is_some() && nine.effects == Default::default());
     let fade = forest.effects.fade.unwrap();
-    assert_eq!((fade.by, fade.rule, forest.effects.contrast), (FadeBy::Size, Rule::Window, None));
-    let quarter = turntable.view(3.0).unwrap();
+    assert_eq!((fade.by, fade.rule, forest.effects.contrast), (FadeBy::Size, FadeRule::Window, None));
+    let quarter = turntable.look_at(3.0, 1.0, 0.1).unwrap();
     assert!((quarter.eye - DVec3::new(22.0, 9.5, 0.0)).length() < 1e-9, "{quarter:?}");
 }
 
@@ -49,9 +49,9 @@ eye = [4, 0, 0]
 target = [5, 0, 0]
 "#;
     let scene = read(&format!("{SMALL}{path}")).unwrap();
-    let eye = |seconds| scene.view(seconds).unwrap().eye.x;
+    let eye = |seconds| scene.look_at(seconds, 1.0, 0.1).unwrap().eye.x;
     assert_eq!([-5.0, 1.0, 1.5, 2.0, 3.0, 1e9].map(eye), [0.0, 0.0, 1.0, 2.0, 4.0, 4.0]);
-    assert_eq!(read(SMALL).unwrap().view(0.0), None);
+    assert_eq!(read(SMALL).unwrap().look_at(0.0, 1.0, 0.1), None);
 }
 
 #[test]
@@ -65,21 +65,25 @@ fn switches_are_true_false_or_a_table() {
 }
 
 #[test]
-fn a_wrong_scene_is_told_line_key_and_what_is_allowed() {
+fn errors_in_a_scene_name_line_key_and_allowed_values() {
     let cases = [
         ("[effects]\nwined = true", "line 9: unknown field `wined`", "`wind`"),
         ("[effects.wind]\nstrength = 7", "line 9: effects.wind.strength is 7", "from 0 to 0.1"),
         ("[effects.fade]\nrule = \"slow\"", "line 9: unknown variant `slow`", "`trailing`"),
-        ("[lod]\npolicy = \"cook\"\nnear = 3", "line 10: lod.near is 3", "cook does not take it"),
-        ("[lod]\nhalf_area = 0.4", "line 9: lod.half_area is 0.4", "blend does not take it"),
-        ("[lod]\npolicy = \"sizes\"\nshares = [[50, 0.1], [20, 0.3]]", "line 10: lod.shares is", "a rising diameter"),
+        ("[lod]\npolicy = \"cook\"\nnear = 3", "line 10: lod.near is 3", "cook does not use it"),
+        ("[lod]\nhalf_area = 0.4", "line 9: lod.half_area is 0.4", "blend does not use it"),
+        (
+            "[lod]\npolicy = \"sizes\"\nshares = [[50, 0.1], [20, 0.3]]",
+            "line 10: lod.shares is",
+            "an increasing diameter",
+        ),
         ("[lod]\nshares = [[50, 0.1]]", "line 9: lod.shares is", "with the policy sizes"),
         ("[sun]\nelevation = 100", "line 9: sun.elevation is 100", "from -5 to 90"),
         ("[sun]\nelevation = nan", "line 9: sun.elevation is NaN", "from -5 to 90"),
         ("[[plants]]\nmodel = \"elm\"", "line 9: plants.1.model is elm", "[\"oak\"]"),
         ("[[models]]\nname = \"oak\"\nfile = \"b.vds\"", "line 9: models.1.name is oak", "no other model has"),
         ("[[models]]\nname = \"elm\"", "models.1.name is elm, with 0 sources", "one of file and species"),
-        ("[camera]\nfov = 50", "camera is given 0 ways", "one of eye, orbit and path"),
+        ("[camera]\nfov = 50", "camera is placed by 0 keys", "one of eye, orbit and path"),
         ("[camera]\neye = [0, 0, 1]\nfov = 180", "line 10: camera.fov is 180", "from 1 to 170"),
         ("[[scatter]]\nmodels = [\"oak\"]\ncount = 4000000\narea = [1, 1]", "plants is 4000001", "at most 1000000"),
         ("[[scatter]]\nmodels = []\ncount = 1\narea = [1, 1]", "line 9: scatter.0.models is empty", "oak"),

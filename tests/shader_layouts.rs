@@ -1,21 +1,20 @@
-//! What Rust uploads is laid out as WGSL reads it: every member's offset and every size, read from the shader's own text.
+//! Rust structs have the layout that WGSL expects: the offset of every member and the size of every
+//! struct are compared with the parsed shader source.
 #![cfg(all(feature = "render", feature = "simplify"))]
 
 use foliage_lod::{
-    effects::{Effects, Shadow, Sky, wind::Sway},
-    render::{
-        backdrop_pass,
-        fragment_pass::{self, MaskHeader, Params},
-        frame_list::Tone,
-        landscape_motion::{self, MotionRays},
-        landscape_pass::{self, LandscapeRecord},
-        leaf_pass,
-        look::{Look, Variant},
-        model_buffers::{CrownRecord, Event, LeafRecord, LeafVertex, MaterialRecord},
-        surface::InstanceRecord,
-        wood_pass,
+    Look,
+    draw::{
+        Variant,
+        records::{
+            CrownRecord, Event, InstanceRecord, LandscapeRecord, LeafRecord, LeafVertex, MaterialRecord, MotionRays,
+            Tone, bindings,
+        },
+        shaders,
     },
-    simplify::fragments::{AlphaTest, Coverage},
+    effects::{Effects, Shadow, Sky, Sway},
+    internals::capture::{self, MaskHeader, Params},
+    simplify::{AlphaTest, Coverage},
 };
 use naga::{Module, TypeInner};
 use std::mem::offset_of;
@@ -28,7 +27,7 @@ fn parsed(wgsl: &str) -> Module {
     module
 }
 
-/// Member names with their offsets, and the size.
+/// Names and offsets of the members, and the size of the struct.
 fn layout(module: &Module, name: &str) -> (Vec<(String, usize)>, usize) {
     let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
     match found.map(|(_, ty)| &ty.inner) {
@@ -49,7 +48,7 @@ macro_rules! assert_layout {
 
 #[test]
 fn every_struct_of_the_fragment_pass_lies_in_memory_as_in_rust() {
-    let module = parsed(&fragment_pass::wgsl());
+    let module = parsed(&capture::wgsl());
     assert_layout!(&module, Params, "Params", [resolution, capacity]);
     assert_layout!(&module, AlphaTest, "AlphaTest", [u, v, q, anchor, mask]);
     assert_layout!(&module, MaskHeader, "MaskHeader", [first_word, width, height, wrap]);
@@ -61,7 +60,9 @@ fn every_struct_of_the_fragment_pass_lies_in_memory_as_in_rust() {
 #[test]
 fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     let look = Look::default();
-    for wgsl in Variant::all().flat_map(|variant| [leaf_pass::wgsl, wood_pass::wgsl].map(|wgsl| wgsl(&look, variant))) {
+    for wgsl in
+        Variant::all().flat_map(|variant| [shaders::leaf_pass, shaders::wood_pass].map(|wgsl| wgsl(&look, variant)))
+    {
         let module = parsed(&wgsl);
         assert_layout!(
             &module,
@@ -88,30 +89,30 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);
     }
     let all = Variant { wind: true, contrast: true, alpha: true };
-    let module = parsed(&leaf_pass::wgsl(&look, all));
+    let module = parsed(&shaders::leaf_pass(&look, all));
     assert_layout!(&module, Tone, "Tone", [mean, kept]);
     assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, phases, flutter]);
     assert_layout!(&module, LeafVertex, "LeafVertex", [position, normal, uv, color, leaf]);
     assert_layout!(&module, LeafRecord, "LeafRecord", [pivot, material, first_event, end_event]);
     assert_layout!(&module, Event, "Event", [leaf, scale]);
-    parsed(&backdrop_pass::wgsl());
+    parsed(&shaders::backdrop_pass());
     let shadowed = Look {
         effects: Effects { shadow: Some(Shadow::default()), sky: Some(Sky::default()), ..Effects::default() },
         ..look
     };
     for variant in Variant::all() {
-        parsed(&leaf_pass::wgsl(&shadowed, variant));
-        parsed(&leaf_pass::shadow_wgsl(&look, variant));
-        parsed(&wood_pass::shadow_wgsl(&look, variant));
-        parsed(&leaf_pass::motion_wgsl(&look, variant));
-        parsed(&wood_pass::motion_wgsl(&look, variant));
+        parsed(&shaders::leaf_pass(&shadowed, variant));
+        parsed(&shaders::leaf_shadow(&look, variant));
+        parsed(&shaders::wood_shadow(&look, variant));
+        parsed(&shaders::leaf_motion(&look, variant));
+        parsed(&shaders::wood_motion(&look, variant));
     }
     for has_ground in [false, true] {
-        let module = parsed(&landscape_motion::wgsl(has_ground));
+        let module = parsed(&shaders::landscape_motion(has_ground));
         assert_layout!(&module, MotionRays, "Rays", [right, eye_height, up, forward, before_from_eye]);
     }
     for look in [look, shadowed] {
-        let module = parsed(&landscape_pass::wgsl(&look));
+        let module = parsed(&shaders::landscape_pass(&look));
         assert_layout!(
             &module,
             LandscapeRecord,
@@ -121,11 +122,49 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     }
 }
 
+/// Each resource of group 0 to 2 has the binding number that Rust binds it to.
+#[test]
+fn every_binding_has_the_number_that_rust_gives_it() {
+    use bindings::*;
+    let expected = [
+        ("crown", MODEL, CROWN),
+        ("materials", MODEL, MATERIALS),
+        ("textures", MODEL, TEXTURES),
+        ("filtering", MODEL, SAMPLER),
+        ("vertices", MODEL, LEAF_VERTICES),
+        ("indices", MODEL, LEAF_INDICES),
+        ("leaves", MODEL, LEAVES),
+        ("events", MODEL, EVENTS),
+        ("instances", FRAME, INSTANCES),
+        ("scales", FRAME, SCALES),
+        ("tones", EFFECTS, TONES),
+        ("sways", EFFECTS, SWAYS),
+        ("light_from_local", EFFECTS, LIGHTS),
+        ("shadow_map", EFFECTS, SHADOW_MAP),
+        ("shadow_sampler", EFFECTS, SHADOW_SAMPLER),
+    ];
+    let effects = Effects { shadow: Some(Shadow::default()), ..Effects::default() };
+    let look = Look { effects, ..Look::default() };
+    let mut seen = std::collections::HashSet::new();
+    for variant in Variant::all() {
+        for wgsl in [shaders::leaf_pass(&look, variant), shaders::wood_pass(&look, variant)] {
+            for (_, global) in parsed(&wgsl).global_variables.iter() {
+                let (Some(name), Some(binding)) = (&global.name, &global.binding) else { continue };
+                let known = expected.iter().find(|(known, ..)| known == name);
+                let &(known, group, number) = known.unwrap_or_else(|| panic!("{name} is not bound by Rust"));
+                assert_eq!((binding.group, binding.binding), (group, number), "{name}");
+                seen.insert(known);
+            }
+        }
+    }
+    assert_eq!(seen.len(), expected.len(), "resources that no shader has: {seen:?}");
+}
+
 #[test]
 fn an_effect_that_is_off_is_not_in_the_shader() {
     let look = Look::default();
     let globals = |variant| {
-        let module = parsed(&leaf_pass::wgsl(&look, variant));
+        let module = parsed(&shaders::leaf_pass(&look, variant));
         let names = module.global_variables.iter().filter_map(|(_, global)| global.name.clone());
         names.filter(|name| ["tones", "sways"].contains(&name.as_str())).collect::<Vec<_>>()
     };

@@ -1,16 +1,13 @@
-//! The CPU picture drawer against counts and pictures that are known in advance.
+//! The CPU renderer, compared with pixel counts and pictures that are known in advance.
 #![cfg(any(feature = "simplify", feature = "render"))]
 
 use foliage_lod::{
-    Plant,
+    FoliageModel, LookAt, Plant,
     leaf::Vertex,
     material::{AlphaMode, Material, Texture, TextureFormat},
-    model::{FoliageModel, Leaf, NO_LEAF},
-    render::{
-        camera::Camera,
-        image::Image,
-        software::{Background, DrawList, DrawOptions, Painter, Placed, draw_model, draw_plant},
-    },
+    model::{Leaf, NO_LEAF},
+    plant::PlantOf,
+    software::{Background, DrawList, DrawOptions, Image, Painter, Placed, draw_model, draw_plant},
 };
 use glam::{DAffine3, DVec3, Quat, Vec3};
 
@@ -19,9 +16,9 @@ fn bare() -> DrawOptions {
     DrawOptions { background: Background::Transparent, ..DrawOptions::default() }
 }
 
-/// From (0, 0, 10): at the origin one unit is 24 pixels.
-fn camera() -> Camera {
-    Camera {
+/// A camera at (0, 0, 10), for which one unit at the origin is 24 pixels.
+fn camera() -> LookAt {
+    LookAt {
         eye: DVec3::Z * 10.0,
         target: DVec3::ZERO,
         up: DVec3::Y,
@@ -36,7 +33,7 @@ fn material(color: [f32; 3]) -> Material {
     Material { base_color: [r, g, b, 1.0], double_sided: true, ..Default::default() }
 }
 
-/// A square of side `2 * half` about `center`, turned by `turn`; two triangles.
+/// Adds a square of side `2 * half` about `center`, rotated by `turn`, as a leaf of two triangles.
 fn push_square(plant: &mut Plant, center: Vec3, half: f32, turn: Quat, material: u32) {
     let corner = |x: f32, y: f32| Vertex {
         position: (center + turn * Vec3::new(x * half, y * half, 0.0)).to_array(),
@@ -57,10 +54,10 @@ fn squares(places: &[(Vec3, f32, u32)], materials: &[Material]) -> Plant {
 }
 
 fn draw(plant: &Plant) -> Image {
-    draw_plant(plant, &camera(), SIZE, &bare()).unwrap()
+    draw_plant(plant, &camera().camera(SIZE[1]), SIZE, &bare()).unwrap()
 }
 
-/// Covered pixels, partly covered ones by their share.
+/// Number of covered pixels; partly covered pixels count as fractions.
 fn covered_px(image: &Image) -> f64 {
     image.rgba.iter().skip(3).step_by(4).map(|&alpha| alpha as f64 / 255.0).sum()
 }
@@ -76,14 +73,14 @@ fn model_of(plant: &Plant, records: &[(u32, f32)]) -> FoliageModel {
         scale,
         error: 0.0,
     });
-    FoliageModel {
+    let plant = PlantOf {
         vertices: plant.vertices.clone(),
         indices: plant.indices.clone(),
         leaves: leaves.collect(),
         materials: plant.materials.clone(),
-        max_scale: 4.0,
         ..Default::default()
-    }
+    };
+    FoliageModel { plant, max_scale: 4.0, ..Default::default() }
 }
 
 #[test]
@@ -125,7 +122,7 @@ fn leaves_behind_the_eye_vanish_and_one_across_the_near_plane_is_cut() {
 fn a_model_drawn_whole_is_the_plant_and_fewer_leaves_are_drawn_at_their_swapped_scale() {
     let plant = squares(&[(Vec3::ZERO, 0.5, 0), (Vec3::X, 0.5, 0), (Vec3::NEG_X, 0.5, 0)], &[material([1.0; 3])]);
     let model = model_of(&plant, &[(NO_LEAF, 1.0), (0, 3.0), (0, 1.5)]);
-    let drawn = |n| draw_model(&model, n, &camera(), SIZE, &bare()).unwrap();
+    let drawn = |n| draw_model(&model, n, &camera().camera(SIZE[1]), SIZE, &bare()).unwrap();
     assert_eq!(drawn(3), draw(&plant));
     assert_eq!(drawn(usize::MAX), draw(&plant));
     assert_eq!(covered_px(&drawn(1)), (3.0 * 24.0_f64).powi(2));
@@ -134,10 +131,13 @@ fn a_model_drawn_whole_is_the_plant_and_fewer_leaves_are_drawn_at_their_swapped_
     assert_eq!(covered_px(&drawn(0)), 0.0);
 }
 
-fn draw_at(plant: &Plant, transforms: &[DAffine3], camera: &Camera) -> Image {
+fn draw_at(plant: &Plant, transforms: &[DAffine3], camera: &LookAt) -> Image {
     let list = DrawList::of_plant(plant);
     let placed: Vec<_> = transforms.iter().map(|&world_from_plant| Placed::new(&list, world_from_plant)).collect();
-    Painter::new(&plant.materials, &plant.textures).unwrap().draw_placed(&placed, camera, SIZE, &bare()).unwrap()
+    Painter::new(&plant.materials, &plant.textures)
+        .unwrap()
+        .draw_placed(&placed, &camera.camera(SIZE[1]), SIZE, &bare())
+        .unwrap()
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn plants_far_from_the_origin_are_drawn_as_at_the_origin() {
     let plant = squares(&[(Vec3::ZERO, 0.3, 0)], &[material([0.3, 0.6, 0.2])]);
     let at = |offset: DVec3| {
         let places = [DVec3::new(-0.7, 0.1, 0.0), DVec3::new(0.6, -0.2, 1.0)];
-        let camera = Camera { eye: camera().eye + offset, target: camera().target + offset, ..camera() };
+        let camera = LookAt { eye: camera().eye + offset, target: camera().target + offset, ..camera() };
         draw_at(&plant, &places.map(|place| DAffine3::from_translation(place + offset)), &camera)
     };
     assert!(at(DVec3::ZERO) == at(DVec3::new(1e6, -2e6, 1e6)));
@@ -192,7 +192,7 @@ fn the_same_bytes_come_out_on_any_number_of_threads() {
     assert_eq!(on(1), on(5));
 }
 
-/// A disc of radius 0.3 of the square, opaque white inside.
+/// A texture with an opaque white disc, whose radius is 0.3 of the texture's side.
 fn disc_texture() -> Texture {
     let mut pixels = image::RgbaImage::new(128, 128);
     for (x, y, pixel) in pixels.enumerate_pixels_mut() {
@@ -210,8 +210,8 @@ fn a_masked_leaf_keeps_its_coverage_with_distance() {
     let mut plant = squares(&[(Vec3::ZERO, 1.5, 0)], &[masked]);
     plant.textures.push(disc_texture());
     for distance in [10.0, 20.0, 40.0, 80.0] {
-        let camera = Camera { eye: DVec3::Z * distance, ..camera() };
-        let covered = covered_px(&draw_plant(&plant, &camera, SIZE, &bare()).unwrap());
+        let camera = LookAt { eye: DVec3::Z * distance, ..camera() };
+        let covered = covered_px(&draw_plant(&plant, &camera.camera(SIZE[1]), SIZE, &bare()).unwrap());
         let disc = std::f64::consts::PI * (0.3 * 3.0 * 24.0 * 10.0 / distance).powi(2);
         assert!((covered / disc - 1.0).abs() < 0.2, "{distance}: {covered} {disc}");
     }
@@ -224,10 +224,10 @@ fn hostile_cameras_numbers_and_sizes_never_panic() {
     plant.vertices[1].uv = [f32::INFINITY; 2];
     for eye in [DVec3::ZERO, DVec3::splat(f64::NAN), DVec3::splat(1e300)] {
         for near in [0.0, f64::NAN, 1e-300] {
-            draw_plant(&plant, &Camera { eye, near, ..camera() }, SIZE, &bare()).unwrap();
+            draw_plant(&plant, &LookAt { eye, near, ..camera() }.camera(SIZE[1]), SIZE, &bare()).unwrap();
         }
     }
     for size in [[0, 9], [9, 0], [u32::MAX, 9]] {
-        assert!(draw_plant(&plant, &camera(), size, &bare()).is_err());
+        assert!(draw_plant(&plant, &camera().camera(9), size, &bare()).is_err());
     }
 }

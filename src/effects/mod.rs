@@ -1,16 +1,17 @@
-//! Effects: what is simulated or shaded beyond the plain prefix, each a switch with its parameters.
+//! Effects: optional simulation and shading on top of the drawn prefix. Each is a switch with
+//! parameters of its own.
 //!
-//! An effect that is off costs nothing: renderers build neither pipeline nor buffer nor pass for it. One that is on is
-//! simulated only where it shows; [`Count`] tells how often that was.
+//! A disabled effect costs nothing: renderers build no pipeline, buffer or pass for it. An enabled
+//! effect is simulated only where it is visible; [`Count`] records how often.
 
-pub mod fade;
-pub mod sky;
+mod fade;
+pub(crate) mod sky;
 mod switch;
-pub mod wind;
+pub(crate) mod wind;
 
-pub use fade::{Fade, FadeBy};
-pub use sky::Sky;
-pub use wind::Wind;
+pub use fade::{Fade, FadeBy, Rule as FadeRule};
+pub use sky::{Daylight, Dome, Sky};
+pub use wind::{Moment, Shape as WindShape, Sway, Wind};
 
 use crate::{
     Result,
@@ -20,72 +21,74 @@ use crate::{
 };
 use serde::Deserialize;
 
-/// Which effects a scene calls for. All are off by default.
+/// Effects enabled in a scene. All are disabled by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Effects {
-    /// The last leaves of a prefix come and go gradually.
+    /// Fades the last leaves of a prefix in and out gradually.
     #[serde(deserialize_with = "switch::deserialize")]
     pub fade: Option<Fade>,
-    /// Reduced plants keep the contrast of full ones.
+    /// Gives reduced plants the contrast of full ones.
     #[serde(deserialize_with = "switch::deserialize")]
     pub contrast: Option<Contrast>,
-    /// Leaves are lit as parts of a round crown.
+    /// Lights leaves as parts of a round crown.
     #[serde(deserialize_with = "switch::deserialize")]
     pub crown_normals: Option<CrownNormals>,
-    /// Trunk, branches and leaves move.
+    /// Moves the trunk, branches and leaves.
     #[serde(deserialize_with = "switch::deserialize")]
     pub wind: Option<Wind>,
-    /// Light shines through leaves towards who looks at the sun.
+    /// Lets light through leaves, towards a viewer facing the sun.
     #[serde(deserialize_with = "switch::deserialize")]
     pub translucency: Option<Translucency>,
-    /// Plants cast shadows on each other and on the ground.
+    /// Casts shadows of plants on each other and on the ground.
     #[serde(deserialize_with = "switch::deserialize")]
     pub shadow: Option<Shadow>,
-    /// The sky and its light follow the sun.
+    /// Derives the sky and its light from the position of the sun.
     #[serde(deserialize_with = "switch::deserialize")]
     pub sky: Option<Sky>,
 }
 
-/// Shaded colours of reduced plants are drawn to their mean (see [`stochastic::contrast`](crate::stochastic::contrast)).
+/// Moves the shaded colours of reduced plants towards their mean (see
+/// [`stochastic::contrast`](crate::stochastic::contrast)).
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Contrast {
-    /// How much of the published reduction is taken: 0 (none) to 1.
+    /// Share of the published contrast reduction to apply: 0 (none) to 1 (all).
     pub strength: f32,
 }
 
-/// Normals of leaves are blended with the direction outwards from the crown.
+/// Blends the normals of leaves with the outward direction of the crown.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CrownNormals {
-    /// Share of the crown's direction: 0 (the leaf's own normal) to 1 (a smooth ellipsoid).
+    /// Weight of the crown's direction: 0 (the leaf's own normal) to 1 (a smooth ellipsoid).
     pub blend: f32,
 }
 
-/// Light through leaves, brightest against the sun.
+/// Light transmitted through leaves, brightest when facing the sun.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Translucency {
-    /// Share of the sun's light that passes a leaf: 0 to 1.
+    /// Share of the sun's light that passes through a leaf: 0 to 1.
     pub strength: f32,
-    /// How many times as much reaches an eye that looks straight at the sun: 0 to 16 more.
+    /// Extra transmitted light when looking straight at the sun, as a multiple of `strength`: 0 to
+    /// 16.
     pub glow: f32,
-    /// How closely around the sun: the exponent of the cosine, 1 to 64.
+    /// Concentration of the glow around the sun: the exponent of the cosine, 1 to 64.
     pub sharpness: f32,
 }
 
-/// Shadows of the sun, from plants drawn a second time at a lower level of detail.
+/// Shadows from the sun: plants are drawn into a shadow map at a lower level of detail.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shadow {
-    /// Pixels on a side of the shadow map: 64 to 8192.
+    /// Side of the shadow map in texels: 64 to 8192.
     pub resolution: u32,
-    /// How far from the camera shadows fall, in world units, above 0.
+    /// Maximum distance of shadows from the camera, in world units: above 0.
     pub distance: f32,
-    /// Leaves that cast shadows, over those that the plant is drawn with: 0 to 1.
+    /// Leaves that cast shadows, as a share of the plant's drawn leaves: 0 to 1.
     pub lod: f32,
-    /// Half width of a shadow's edge in pixels of the map: 0 to 4.
+    /// Half width of the shadow edge in texels of the map: 0 to 4.
     pub softness: f32,
 }
 
@@ -102,7 +105,7 @@ impl Default for Contrast {
 }
 
 impl Contrast {
-    /// Share of a colour's distance from the mean that stays with `active` of `leaves`.
+    /// Factor applied to a colour's distance from the mean with `active` of `leaves` leaves drawn.
     pub fn kept(&self, active: f32, leaves: usize) -> f32 {
         let lambda = lambda::floored(f64::from(active) / leaves.max(1) as f64);
         1.0 + self.strength * (contrast::kept(lambda) as f32 - 1.0)
@@ -121,12 +124,12 @@ impl Default for Translucency {
     }
 }
 
-/// How often an effect was simulated and how often it could be left out.
+/// How often an effect was simulated and how often it was skipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Count {
-    /// Leaves (fade) or plants (all others) it was simulated for.
+    /// Number of leaves (fade), pictures (sky) or plants (all others) the effect was simulated for.
     pub simulated: u64,
-    /// Those it would not have changed visibly.
+    /// Number that were skipped because the effect would not have changed them visibly.
     pub skipped: u64,
 }
 
@@ -138,27 +141,27 @@ impl Count {
     }
 }
 
-/// One [`Count`] for each effect that is on.
+/// One [`Count`] for each enabled effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Leaves in the window, and those before it.
+    /// Leaves inside the window; skips the leaves before it.
     pub fade: Option<Count>,
-    /// Plants below full detail, and those at it.
+    /// Plants below full detail; skips plants at full detail.
     pub contrast: Option<Count>,
     /// All plants.
     pub crown_normals: Option<Count>,
-    /// Plants that move by more than half a pixel, and the others.
+    /// Plants that move by more than half a pixel; skips the others.
     pub wind: Option<Count>,
     /// All plants.
     pub translucency: Option<Count>,
-    /// Plants whose shadow reaches the view, and the others.
+    /// Plants whose shadow can reach the view; skips the others.
     pub shadow: Option<Count>,
-    /// One for each picture.
+    /// One per picture.
     pub sky: Option<Count>,
 }
 
 impl Counts {
-    /// Zero for each effect that is on.
+    /// Initial counts for `effects`: zero for each enabled effect, except one picture for the sky.
     pub fn of(effects: &Effects) -> Self {
         let zero = |is_on: bool| is_on.then(Count::default);
         Self {
@@ -172,18 +175,19 @@ impl Counts {
         }
     }
 
-    /// Counts one plant for which every effect on how it is lit and where it is was simulated.
+    /// Counts one plant whose lighting and motion effects were all simulated.
     pub fn add_plant(&mut self) {
         let counts = [&mut self.contrast, &mut self.crown_normals, &mut self.wind, &mut self.translucency];
         counts.into_iter().flatten().for_each(|count| count.add(true));
     }
 
-    /// Counts the leaves of one plant for `fade`.
+    /// Adds the leaves of one plant to the fade count.
     pub fn add_leaves(&mut self, transition: &Transition) {
         self.add_drawn(transition.first_partial(), transition.drawn());
     }
 
-    /// As [`add_leaves`](Self::add_leaves), for a plant of `drawn` leaves whose first one on its way is `first_partial`.
+    /// Same as [`add_leaves`](Self::add_leaves), for a plant with `drawn` leaves, the first one in
+    /// transition being `first_partial`.
     pub(crate) fn add_drawn(&mut self, first_partial: u32, drawn: u32) {
         if let Some(fade) = &mut self.fade {
             let whole = first_partial.min(drawn);
@@ -192,7 +196,7 @@ impl Counts {
         }
     }
 
-    /// Names and counts of the effects that are on.
+    /// Names and counts of the enabled effects.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, Count)> {
         [
             ("fade", self.fade),
@@ -209,7 +213,7 @@ impl Counts {
 }
 
 impl Effects {
-    /// Each effect that is on, alone, by its name.
+    /// Iterates over the enabled effects, each by name and with all others disabled.
     pub fn each(&self) -> impl Iterator<Item = (&'static str, Self)> + use<> {
         let (on, none) = (*self, Self::default());
         [
@@ -225,10 +229,10 @@ impl Effects {
         .filter(move |(_, alone)| *alone != none)
     }
 
-    /// Checks every parameter.
+    /// Checks that every parameter is within its range.
     ///
     /// # Errors
-    /// [`Error::InvalidOption`] that names the first one out of its range.
+    /// [`InvalidOption`](crate::Error::InvalidOption) for the first parameter out of range.
     pub fn check(&self) -> Result<()> {
         if let Some(fade) = &self.fade {
             fade.check()?;

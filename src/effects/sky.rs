@@ -1,39 +1,57 @@
-//! The sky by day: its colour in every direction, and the light that it and the sun send.
+//! Daytime sky: its colour in every direction, and the light from sky and sun.
 //!
-//! A. Preetham, P. Shirley, B. Smits, *A Practical Analytic Model for Daylight* (1999): Perez' distribution with coefficients
-//! fitted to simulated skies, by turbidity. Brightness is relative: a clear sky at 46 degrees lights a scene as brightly as
-//! the lamps that are used without this effect.
+//! After A. Preetham, P. Shirley, B. Smits, *A Practical Analytic Model for Daylight* (1999):
+//! Perez' distribution with coefficients fitted to simulated skies, as functions of turbidity.
+//! Brightness is relative: a clear sky with the sun at 46 degrees lights a scene as brightly as the
+//! fixed lights used without this effect.
 //!
-//! Limits: by day alone, the sun counts as at least one degree above the horizon; no clouds, no disc of the sun.
+//! Limits: daytime only, with the sun clamped to at least one degree above the horizon; no clouds
+//! and no sun disc.
 
 use crate::{Result, error::check_range};
 use glam::{Mat3, Vec3};
 use serde::Deserialize;
 
-/// Elevation and turbidity at which the light is that of the plain lamps.
-const REFERENCE_ELEVATION: f32 = 46.0;
+/// Elevation of the reference sun, in degrees, at which the effect matches the fixed lights. Their
+/// sun (`TOWARDS_SUN` in `draw/light.rs`) has it to within a degree, a scene's default sun exactly.
+pub(crate) const REFERENCE_ELEVATION: f32 = 46.0;
+/// Turbidity of the reference sky, and the default: a clear sky, near the low end of 2 to 10.
 const REFERENCE_TURBIDITY: f32 = 3.0;
-/// Least sine of the sun's elevation: one degree.
+/// Minimum sine of the sun's elevation: one degree, because the model holds by day only.
 const LOWEST_SUN: f32 = 0.0175;
-/// Least cosine at which a direction is looked up: the model is infinite at the horizon.
+/// Minimum cosine to the zenith of a sampled direction: the model is singular at the horizon.
 pub(crate) const LOWEST: f32 = 0.02;
-/// What a unit of air takes from red, green and blue light: scattering by molecules, and by haze for each step of turbidity.
+/// Minimum chromaticity y: the conversion to XYZ divides by it.
+pub(crate) const LOWEST_CHROMATICITY_Y: f32 = 1e-4;
+/// Optical depth of one air mass for red, green and blue light, from scattering by molecules: blue
+/// is scattered most, which turns a low sun red.
 const CLEAR_AIR: Vec3 = Vec3::new(0.05, 0.11, 0.24);
+/// Optical depth of one air mass per unit of turbidity, from scattering by haze: it depends less on
+/// colour than that of clear air, so haze mostly dims the sun.
 const HAZE: Vec3 = Vec3::new(0.035, 0.045, 0.055);
+/// Brightness of the sky in pictures at exposure 1: the tone curve maps the mean skylight of the
+/// reference, which has luminance 1, to 1 - e^-1.25 = 0.71.
+pub const SHOWN: f32 = 1.25;
+/// Rings of sky samples for the skylight, with twice as many samples in each: the mean costs 288
+/// samples.
+const SKYLIGHT_RINGS: usize = 12;
+/// Luminance of linear sRGB: the weights of red, green and blue in Y of CIE XYZ, the middle row of
+/// the inverse of [`RGB_FROM_XYZ`].
+pub(crate) const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// The parameters of the sky.
+/// Parameters of the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sky {
     /// Haze: 2 (very clear) to 10 (hazy).
     pub turbidity: f32,
-    /// Brightness of the sky in the picture: 0.1 to 10.
+    /// Brightness factor of the sky in the picture: 0.1 to 10.
     pub exposure: f32,
 }
 
 impl Default for Sky {
     fn default() -> Self {
-        Self { turbidity: 3.0, exposure: 1.0 }
+        Self { turbidity: REFERENCE_TURBIDITY, exposure: 1.0 }
     }
 }
 
@@ -43,7 +61,7 @@ impl Sky {
         check_range("effects.sky.exposure", self.exposure, 0.1..=10.0)
     }
 
-    /// The sky under a sun in that direction.
+    /// Sky and sunlight for a sun in the direction `towards_sun`, of any length.
     pub fn under(&self, towards_sun: Vec3) -> Daylight {
         let reference = REFERENCE_ELEVATION.to_radians();
         let usual = Dome::new(REFERENCE_TURBIDITY, Vec3::new(0.0, reference.sin(), reference.cos()));
@@ -58,44 +76,42 @@ impl Sky {
     }
 }
 
-/// Sky and sun at one moment.
+/// Sky and sunlight for one position of the sun.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Daylight {
-    /// The sky's distribution.
+    /// Distribution of light over the sky.
     pub dome: Dome,
-    /// One over the luminance from above at the reference.
+    /// Reciprocal of the reference skylight's luminance.
     pub scale: f32,
     /// See [`Sky`].
     pub exposure: f32,
-    /// Sunlight over that at the reference.
+    /// Sunlight relative to the reference, linear RGB.
     pub sun: Vec3,
 }
 
 impl Daylight {
-    /// Light from above over its luminance at the reference, linear.
+    /// Skylight on a level surface, linear RGB, divided by the luminance of the reference skylight.
     pub fn skylight(&self) -> Vec3 {
         self.dome.skylight() * self.scale
     }
 
-    /// What a picture shows in a direction, linear and below 1. Directions below the horizon count as on it.
+    /// Colour of the sky in a direction as displayed, linear and at most 1. Directions below the
+    /// horizon are raised to it.
     pub fn shown(&self, direction: Vec3) -> Vec3 {
         let light = self.dome.radiance(direction) * (self.scale * self.exposure * SHOWN);
         Vec3::ONE - (-light).exp()
     }
 }
 
-/// Brightness of the sky in pictures at exposure 1.
-pub const SHOWN: f32 = 1.25;
-
-/// Perez' distribution of chromaticity x, y and luminance over the sky, in this order.
+/// Perez' distribution of the chromaticities x and y and the luminance Y over the sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dome {
     turbidity: f32,
     /// Unit vector, above the horizon.
     pub towards_sun: Vec3,
-    /// A to E of x, y and Y.
+    /// Coefficients A to E, each for x, y and Y.
     pub perez: [Vec3; 5],
-    /// x, y and Y straight above, over the distribution there.
+    /// x, y and Y at the zenith, divided by the distribution there.
     pub zenith: Vec3,
 }
 
@@ -135,41 +151,43 @@ impl Dome {
         dome
     }
 
-    /// How much air sunlight passes, 1 from straight above (Kasten and Young).
+    /// Relative air mass along the sunlight's path: 1 from the zenith (formula and coefficients of
+    /// Kasten and Young).
     fn air_mass(&self) -> f32 {
         let sine = self.towards_sun.y;
         1.0 / (sine + 0.505_72 * (sine.asin().to_degrees() + 6.079_95).powf(-1.6364))
     }
 
-    /// Perez' formula, for the cosines of the angles to the zenith and to the sun.
+    /// Perez' formula; takes the cosines of the angles to the zenith and to the sun.
     fn distribution(&self, to_zenith: f32, to_sun: f32) -> Vec3 {
         let [a, b, c, d, e] = self.perez;
         let angle = to_sun.clamp(-1.0, 1.0).acos();
         (Vec3::ONE + a * (b / to_zenith).exp()) * (Vec3::ONE + c * (d * angle).exp() + e * (to_sun * to_sun))
     }
 
-    /// Radiance from a unit direction, linear RGB on the model's own scale. Below the horizon as on it.
+    /// Radiance from a unit direction, linear RGB on the model's own scale. Directions below the
+    /// horizon are raised to it.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let direction = Vec3::new(direction.x, direction.y.max(LOWEST), direction.z).normalize_or(Vec3::Y);
         let xyy = self.zenith * self.distribution(direction.y.max(LOWEST), direction.dot(self.towards_sun));
-        let [x, y, luminance] = [xyy.x, xyy.y.max(1e-4), xyy.z.max(0.0)];
+        let [x, y, luminance] = [xyy.x, xyy.y.max(LOWEST_CHROMATICITY_Y), xyy.z.max(0.0)];
         let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance;
         (RGB_FROM_XYZ * xyz).max(Vec3::ZERO)
     }
 
-    /// Mean radiance as a level surface receives it: weighted with the cosine, over the upper half.
+    /// Mean radiance received by a level surface: the cosine-weighted mean over the upper
+    /// hemisphere.
     fn skylight(&self) -> Vec3 {
-        const STEPS: usize = 12;
         let mut sum = Vec3::ZERO;
-        for ring in 0..STEPS {
-            // Rings of equal weight: the square of the sine is uniform.
-            let sine = ((ring as f32 + 0.5) / STEPS as f32).sqrt();
-            for part in 0..2 * STEPS {
-                let (z, x) = (std::f32::consts::TAU * (part as f32 + 0.5) / (2 * STEPS) as f32).sin_cos();
+        for ring in 0..SKYLIGHT_RINGS {
+            // Rings of equal weight: the squares of their sines are evenly spaced.
+            let sine = ((ring as f32 + 0.5) / SKYLIGHT_RINGS as f32).sqrt();
+            for part in 0..2 * SKYLIGHT_RINGS {
+                let (z, x) = (std::f32::consts::TAU * (part as f32 + 0.5) / (2 * SKYLIGHT_RINGS) as f32).sin_cos();
                 sum += self.radiance(Vec3::new(x * sine, (1.0 - sine * sine).sqrt(), z * sine));
             }
         }
-        sum / (2 * STEPS * STEPS) as f32
+        sum / (2 * SKYLIGHT_RINGS * SKYLIGHT_RINGS) as f32
     }
 }
 
@@ -181,7 +199,7 @@ pub(crate) const RGB_FROM_XYZ: Mat3 = Mat3::from_cols(
 );
 
 fn luminance(color: Vec3) -> f32 {
-    color.dot(Vec3::new(0.2126, 0.7152, 0.0722)).max(f32::MIN_POSITIVE)
+    color.dot(Vec3::from(LUMINANCE)).max(f32::MIN_POSITIVE)
 }
 
 #[cfg(test)]
@@ -195,7 +213,7 @@ mod tests {
 
     #[test]
     fn at_the_reference_the_light_is_that_of_the_plain_lamps() {
-        let daylight = Sky::default().under(sun(46.0));
+        let daylight = Sky::default().under(sun(REFERENCE_ELEVATION));
         assert!((luminance(daylight.skylight()) - 1.0).abs() < 1e-3);
         assert!((daylight.sun - Vec3::ONE).length() < 1e-3, "{}", daylight.sun);
     }

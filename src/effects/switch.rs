@@ -6,7 +6,7 @@ use serde::{
 };
 use std::{fmt, marker::PhantomData};
 
-/// Reads a switch: `true` gives the defaults.
+/// Deserializes a switch: `true` enables the effect with default parameters, `false` disables it.
 pub(super) fn deserialize<'de, D: Deserializer<'de>, T: Deserialize<'de> + Default>(
     deserializer: D,
 ) -> Result<Option<T>, D::Error> {

@@ -1,52 +1,81 @@
-//! Wind: the trunk bends, branches sway, leaves flutter, all from one field of gusts.
+//! Wind: the trunk bends, branches sway and leaves flutter, all driven by one field of gusts.
 //!
-//! The motion is a function of time and place alone: nothing is integrated, so nothing drifts, and a frame can be asked for
-//! at any time. Every frequency is a whole number of cycles in [`PERIOD`] seconds, and phases are reduced in `f64`: the
-//! motion at 10^7 s is that of the first minutes to the last digit that matters.
+//! The motion is a function of time and position alone: nothing is integrated, so nothing drifts,
+//! and any frame can be evaluated directly. Every frequency is a whole number of cycles in
+//! [`PERIOD`] seconds, and phases are reduced in `f64`, so the motion at 10^7 s matches that of the
+//! first minutes to every digit that matters.
 //!
-//! Trunk and branches are moved by one smooth field over the plant's space, which moves a leaf's pivot with the wood beneath
-//! it: leaves stay on their twigs. What a leaf does beyond that depends on its number in the model and on time alone, never
-//! on how many leaves are drawn.
+//! One smooth displacement field over the plant's space moves the trunk, the branches and the
+//! pivots of leaves, so leaves stay on their twigs. The rotation of a leaf about its pivot depends
+//! only on its index in the model and on the plant's sway, never on the number of drawn leaves.
 //!
-//! Limits: the plant's own +Y axis is its trunk. Branches are not told apart: those near each other sway alike. Enlarged
-//! leaves turn as whole ones.
+//! Limits: the trunk is the plant's own +Y axis. Branches are not distinguished: neighbouring
+//! branches sway alike. An enlarged leaf turns as one piece.
 
 use crate::{Result, bounds::Aabb, error::check_range};
 use glam::{DAffine3, DVec3, Quat, Vec3};
 use serde::Deserialize;
 use std::f32::consts::TAU;
 
-/// Seconds after which everything repeats.
+/// Seconds after which the motion repeats.
 pub const PERIOD: f64 = 120.0;
-/// Cycles in a period: of the gusts' three waves, the trunk, two waves of branches, two of leaves.
-const GUSTS: [f64; 3] = [11.0, 23.0, 41.0];
-const TRUNK: f64 = 43.0;
-const BRANCHES: [f64; 2] = [67.0, 97.0];
-const LEAVES: [f64; 2] = [251.0, 397.0];
-/// Share of each of the gusts' waves; together 1.
-const GUST_SHARES: [f64; 3] = [0.5, 0.3, 0.2];
-/// How far the trunk swings about its bend.
-const TRUNK_SWING: f64 = 0.35;
-/// Waves of branch sway across the crown, in cycles over the plant's height.
-pub(crate) const BRANCH_WAVES: [Vec3; 2] = [Vec3::new(0.45, 0.25, 0.35), Vec3::new(-0.3, 0.4, 0.55)];
-/// Up and down sway over that along the wind.
-pub(crate) const BRANCH_LIFT: f32 = 0.6;
+// All counts of cycles are different primes: no two waves repeat together before the period ends.
 
-/// The parameters of wind.
+/// Cycles per period of the three gust waves: one in 10.9, 5.2 and 2.9 s.
+const GUSTS: [f64; 3] = [11.0, 23.0, 41.0];
+/// Cycles per period of the trunk: one in 2.8 s.
+const TRUNK: f64 = 43.0;
+/// Cycles per period of the two branch waves: one in 1.8 and 1.2 s, faster than the trunk.
+const BRANCHES: [f64; 2] = [67.0, 97.0];
+/// Cycles per period of the two leaf waves: one in 0.5 and 0.3 s, faster than the branches.
+const LEAVES: [f64; 2] = [251.0, 397.0];
+/// Weights of the gust waves, the slowest the largest. They add up to 1, so that `gustiness` bounds
+/// the gusts.
+const GUST_SHARES: [f64; 3] = [0.5, 0.3, 0.2];
+/// Waves per gust length of each gust wave: faster waves are shorter.
+const GUST_WAVES: [f64; 3] = [1.0, 2.0, 3.0];
+/// Phase shift of a gust across the wind, relative to that along it: crests run obliquely, so that
+/// plants in a row across the wind do not sway in unison.
+const CREST_SKEW: f64 = 0.3;
+/// Cycles of a plant's own phase per gust length: plants much closer than a gust length differ.
+const PLANT_PHASE_RATE: f64 = 7.0;
+/// A plant's own phase at the world's origin, in cycles: about the fraction of the golden ratio, so
+/// that the trunk there does not start in phase with the gusts.
+const PLANT_PHASE_START: f64 = 0.618;
+/// Amplitude of the trunk's swing as a share of its bend: below 1, so that it never swings upwind.
+const TRUNK_SWING: f64 = 0.35;
+/// Descent of the top over its squared sideways displacement, both over the plant's height. A trunk
+/// bent as a parabola is shortened by half the integral of its squared slope, which is 2/3.
+pub(crate) const BEND_DESCENT: f32 = 2.0 / 3.0;
+/// Wave vectors of branch sway along the wind and upwards, in cycles over the plant's height: less
+/// than one in any direction, so that neighbouring branches move together.
+pub(crate) const BRANCH_WAVES: [Vec3; 2] = [Vec3::new(0.45, 0.25, 0.35), Vec3::new(-0.3, 0.4, 0.55)];
+/// Amplitude of vertical branch sway as a share of the sway along the wind, which dominates.
+pub(crate) const BRANCH_LIFT: f32 = 0.6;
+/// Weights of the two leaf waves. They add up to 1, so that `flutter` is the largest turn.
+pub(crate) const FLUTTER_SHARES: [f32; 2] = [0.6, 0.4];
+/// Vertical part of a leaf's turning axis, where the horizontal part is 1: leaves mostly nod.
+pub(crate) const FLUTTER_TILT: f32 = 0.5;
+/// Multiplier of Knuth's multiplicative hash: a prime near 2^32 over the golden ratio.
+pub(crate) const HASH_MULTIPLIER: u32 = 2_654_435_761;
+/// Steps of a leaf's random phases: ten bits each, so that three fit into one 32-bit hash.
+pub(crate) const PHASE_STEPS: u32 = 1024;
+
+/// Parameters of the wind.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wind {
-    /// Where it blows to, in degrees from +X towards +Z.
+    /// Direction the wind blows towards, in degrees from +X towards +Z: -360 to 360.
     pub direction: f32,
-    /// How far the top of a plant is bent at mean wind, over its height: 0 to 0.1.
+    /// Sideways displacement of a plant's top at mean wind, over its height: 0 to 0.1.
     pub strength: f32,
-    /// How much gusts add to and take from the mean: 0 to 1.
+    /// Amplitude of the gusts, as a share of the mean wind: 0 to 1.
     pub gustiness: f32,
-    /// Sway of the outermost branches over the plant's height: 0 to 0.02.
+    /// Sway of the outermost branches, over the plant's height: 0 to 0.02.
     pub branches: f32,
-    /// How far leaves turn, in degrees: 0 to 90.
+    /// Largest turn of a leaf at mean wind, in degrees: 0 to 90.
     pub flutter: f32,
-    /// Length of a gust, in world units: from one crest to the next, above 0.
+    /// Distance from one gust crest to the next, in world units: above 0.
     pub gust_length: f32,
 }
 
@@ -67,7 +96,7 @@ impl Wind {
         check_range("effects.wind.gust_length", self.gust_length, 1e-6..=1e9)
     }
 
-    /// The wind at `seconds`, which may be any finite number.
+    /// State of the wind at `seconds`, which may be any finite number.
     pub fn at(self, seconds: f64) -> Moment {
         let cycles = |count: f64| phase(count * (seconds.rem_euclid(PERIOD) / PERIOD));
         Moment {
@@ -78,47 +107,48 @@ impl Wind {
         }
     }
 
-    /// Farthest that a point of a plant is moved, in the plant's units; `leaf_reach` is the farthest that a leaf reaches
-    /// from its pivot.
+    /// Upper bound on the displacement of any point of a plant, in the plant's units; `leaf_reach`
+    /// is the largest distance of a leaf's vertex from its pivot.
     pub fn reach(&self, shape: &Shape, leaf_reach: f32) -> f32 {
         let gust = 1.0 + self.gustiness;
         let bend = self.strength * gust * (1.0 + TRUNK_SWING as f32);
-        // Sideways, and down by what the bend takes off the height.
-        let trunk = shape.height * bend.hypot(2.0 / 3.0 * bend * bend);
+        // Sideways, and down by the height lost to the bend.
+        let trunk = shape.height * bend.hypot(BEND_DESCENT * bend * bend);
         let branches = shape.height * self.branches * gust * 1.0_f32.hypot(BRANCH_LIFT);
         let turn = (self.flutter.to_radians() * gust).min(std::f32::consts::PI);
-        trunk + branches + 2.0 * (0.5 * turn).sin() * leaf_reach
+        let chord = 2.0 * (0.5 * turn).sin() * leaf_reach;
+        trunk + branches + chord
     }
 }
 
-/// A phase in cycles, 0 up to 1; 0 for what is not finite.
+/// Reduces a phase in cycles to the range from 0 up to 1 (exclusive); 0 if it is not finite.
 fn phase(cycles: f64) -> f64 {
     let phase = cycles.rem_euclid(1.0);
     if phase < 1.0 { phase } else { 0.0 }
 }
 
-/// The wind at one time.
+/// State of the wind at one time: phases in cycles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
     wind: Wind,
     gusts: [f64; 3],
     trunk: f64,
-    /// Of the two waves of branches and the two of leaves.
+    /// Phases of the two branch waves and the two leaf waves.
     phases: [f64; 4],
 }
 
 impl Moment {
-    /// What the wind does to a plant that stands somewhere.
+    /// Motion of a plant at the position and orientation of `world_from_plant`.
     pub fn sway(&self, shape: &Shape, world_from_plant: &DAffine3) -> Sway {
         let angle = f64::from(self.wind.direction).to_radians();
         let along = DVec3::new(angle.cos(), 0.0, angle.sin());
-        // Crests travel along the wind; neighbours across it are a little ahead or behind.
+        // Crests travel along the wind; neighbours across it are slightly ahead or behind.
         let place = world_from_plant.translation;
         let across = DVec3::new(-along.z, 0.0, along.x);
-        let crest = phase((place.dot(along) + 0.3 * place.dot(across)) / f64::from(self.wind.gust_length));
-        let own = phase(crest * 7.0 + 0.618);
+        let crest = phase((place.dot(along) + CREST_SKEW * place.dot(across)) / f64::from(self.wind.gust_length));
+        let own = phase(crest * PLANT_PHASE_RATE + PLANT_PHASE_START);
         let wave = |cycles: f64| (cycles * std::f64::consts::TAU).sin();
-        let swell: f64 = (0..3).map(|i| GUST_SHARES[i] * wave(self.gusts[i] - crest * [1.0, 2.0, 3.0][i])).sum();
+        let swell: f64 = (0..3).map(|i| GUST_SHARES[i] * wave(self.gusts[i] - crest * GUST_WAVES[i])).sum();
         let gust = 1.0 + f64::from(self.wind.gustiness) * swell;
         let bend = f64::from(self.wind.strength) * gust * (1.0 + TRUNK_SWING * wave(self.trunk + own));
         let local = world_from_plant.inverse().transform_vector3(along);
@@ -138,21 +168,21 @@ impl Moment {
     }
 }
 
-/// What wind needs to know of a plant, in the space that its points are given in.
+/// Dimensions of a plant that the wind depends on, in the space of its points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
-    /// Height of the ground the plant stands on.
+    /// The y coordinate of the ground below the plant.
     pub base: f32,
-    /// From there to the top.
+    /// Height from the base to the top.
     pub height: f32,
-    /// Where the trunk stands: x and z.
+    /// Position of the trunk: x and z.
     pub axis: [f32; 2],
-    /// From the trunk to the outermost branches.
+    /// Distance from the trunk to the outermost branches.
     pub radius: f32,
 }
 
 impl Shape {
-    /// The shape of a plant whose box this is. Its trunk stands in the middle.
+    /// Shape of a plant with the bounding box `bounds`. The trunk is assumed to be at its centre.
     pub fn new(bounds: &Aabb) -> Self {
         let (center, size) = (bounds.center().as_vec3(), bounds.size());
         Self {
@@ -164,15 +194,15 @@ impl Shape {
     }
 }
 
-/// What the wind does to one plant at one time: what `wind.wgsl` reads.
+/// Motion of one plant at one time, as read by `wind.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Sway {
-    /// How far the top is moved.
+    /// Sideways displacement of the top, in plant units.
     pub bend: [f32; 3],
     /// See [`Shape`].
     pub height: f32,
-    /// Unit vector along the wind, in the plant's space.
+    /// Horizontal unit vector along the wind, in the plant's space.
     pub along: [f32; 3],
     /// See [`Shape`].
     pub base: f32,
@@ -182,21 +212,21 @@ pub struct Sway {
     pub radius: f32,
     /// Sway of the outermost branches, in plant units.
     pub branches: f32,
-    /// Phases of the two waves of branches and the two of leaves, in cycles, 0 up to 1.
+    /// Phases of the two branch waves and the two leaf waves, in cycles from 0 up to 1.
     pub phases: [f32; 4],
-    /// How far leaves turn, in radians.
+    /// Largest turn of a leaf, in radians.
     pub flutter: f32,
-    /// Up to a multiple of 16 bytes.
+    /// Pads the struct to a multiple of 16 bytes.
     pub padding: [f32; 3],
 }
 
 impl Sway {
-    /// How far a point of trunk or branches, or the pivot of a leaf, is moved.
+    /// Displacement of a point of the trunk or branches, or of a leaf's pivot.
     pub fn offset(&self, point: Vec3) -> Vec3 {
         let height = ((point.y - self.base) / self.height).clamp(0.0, 1.0);
         let bend = Vec3::from(self.bend);
-        // A bent trunk is as long as a straight one: what goes sideways is missing above.
-        let lowered = 2.0 / 3.0 * bend.length_squared() / self.height * height.powi(3);
+        // Bending preserves the trunk's length, so sideways displacement lowers the top.
+        let lowered = BEND_DESCENT * bend.length_squared() / self.height * height.powi(3);
         let out = Vec3::new(point.x - self.axis[0], 0.0, point.z - self.axis[1]) / self.radius;
         let reach = self.branches * out.length().min(1.0) * height;
         let place = (point - Vec3::new(self.axis[0], self.base, self.axis[1])) / self.height;
@@ -206,22 +236,21 @@ impl Sway {
             + Vec3::Y * (reach * BRANCH_LIFT * wave(1))
     }
 
-    /// How a leaf is turned about its pivot, by its number in the model.
+    /// Rotation of a leaf about its pivot; `leaf` is its index in the model.
     pub fn turn(&self, leaf: u32) -> Quat {
         let own = leaf_phases(leaf);
         let wave = |i: usize| ((self.phases[2 + i] + own[i]) * TAU).sin();
-        let angle = self.flutter * (0.6 * wave(0) + 0.4 * wave(1));
+        let angle = self.flutter * (FLUTTER_SHARES[0] * wave(0) + FLUTTER_SHARES[1] * wave(1));
         let around = own[2] * TAU;
-        // Mostly about a level axis: leaves nod.
-        let axis = Vec3::new(around.cos(), 0.5, around.sin()).normalize();
+        let axis = Vec3::new(around.cos(), FLUTTER_TILT, around.sin()).normalize();
         Quat::from_axis_angle(axis, angle)
     }
 }
 
-/// Three numbers from 0 to 1 that depend on the leaf's number alone (Knuth's multiplicative hash).
+/// Three phases from 0 up to 1, hashed from the leaf's index alone (Knuth's multiplicative hash).
 fn leaf_phases(leaf: u32) -> [f32; 3] {
-    let mixed = leaf.wrapping_mul(2_654_435_761);
-    [mixed >> 22, mixed >> 12 & 1023, mixed >> 2 & 1023].map(|bits| bits as f32 / 1024.0)
+    let mixed = leaf.wrapping_mul(HASH_MULTIPLIER);
+    [22, 12, 2].map(|shift| ((mixed >> shift) % PHASE_STEPS) as f32 / PHASE_STEPS as f32)
 }
 
 #[cfg(test)]

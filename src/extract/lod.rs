@@ -1,105 +1,133 @@
-//! Level of detail: how much of a plant is drawn, from how it is seen.
+//! Level of detail: how much of a plant to draw, given how it is seen.
 //!
-//! A [`LodPolicy`] turns a [`Sight`] into a LOD between 0 and 1, [`leaf_count`] turns that into the active count, and
-//! [`Hysteresis`] keeps the count still while the camera trembles. Four policies:
+//! A [`LodPolicy`] turns a [`Sight`] into a LOD between 0 and 1, [`leaf_count`] turns that into the
+//! active count, and [`Hysteresis`] keeps the count steady while the camera trembles. Four
+//! policies:
 //!
-//! - [`Blend`]: J. Gasch et al., *Multiresolution Foliage Rendering*, Equation 1, put right: LOD = a·nearness +
-//!   b·projected area. As printed it takes the distance itself, so that far plants would get more leaves; and it reaches
-//!   full detail only for a plant that fills the screen, hence here the area counts relative to what it is at `near`.
-//! - [`CookLambda`]: R. Cook, J. Halstead, M. Planck, D. Ryu, *Stochastic Simplification of Aggregate Detail* (2007),
-//!   Equation 2: lambda = b^(ln(1/2)/ln h), b the plant's screen area over that at full detail.
-//! - [`Sizes`] (ours): shares of the leaves that were measured to be enough at some sizes.
-//! - [`PixelError`] (ours): the fewest leaves whose recorded prune errors, as they appear on screen, stay under a bound.
+//! - [`Blend`]: C. Gasch et al., *Multiresolution Foliage Rendering*, Equation 1, corrected: LOD =
+//!   a·nearness + b·projected area. The printed equation uses the distance itself, which would give
+//!   distant plants more leaves, and it reaches full detail only for a plant that fills the screen.
+//!   Here the area is therefore relative to the area at `near`.
+//! - [`CookLambda`]: R. Cook, J. Halstead, M. Planck, D. Ryu, *Stochastic Simplification of
+//!   Aggregate Detail* (2007), Equation 2: lambda = b^(ln(1/2)/ln h), where b is the plant's screen
+//!   area relative to its area at full detail.
+//! - [`Sizes`] (ours): fractions of the leaves that were measured to be enough at given sizes on
+//!   screen.
+//! - [`PixelError`] (ours): the fewest leaves that keep the recorded prune errors, projected to the
+//!   screen, within a bound.
 //!
-//! Distances count in radii of the plant's bounding sphere, so that one setting serves trees of any size. Whatever the
-//! numbers (far = near, NaN, a camera inside the crown), the LOD is between 0 and 1.
+//! Distances are in radii of the plant's bounding sphere, so one setting works for trees of any
+//! size. For any input (far = near, NaN, a camera inside the crown), the LOD is between 0 and 1.
 //!
-//! Limits: no policy looks at light, motion or what hides the plant.
+//! Limits: no policy considers lighting, motion or occlusion.
 
-use crate::model::FoliageModel;
+use crate::{Camera, model::FoliageModel};
+use glam::DVec3;
 use std::sync::Arc;
 
-/// Vertical field of view to which distances given without one refer: 60 degrees.
+/// Vertical field of view assumed for distances that are given without one: 60 degrees.
 pub const REFERENCE_FOV_Y: f32 = std::f32::consts::FRAC_PI_3;
 
 /// How a plant is seen in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sight {
-    /// From the camera to the centre of the plant's bounding sphere, in the plant's units times the instance's scale.
+    /// Distance from the camera to the centre of the plant's bounding sphere, in the plant's units
+    /// times the instance's scale.
     pub distance: f32,
-    /// Radius of the bounding sphere in the same unit.
+    /// Radius of the bounding sphere, in the same unit.
     pub radius: f32,
     /// Vertical field of view in radians, between 0 and pi.
     pub fov_y: f32,
-    /// Height of the picture in pixels.
+    /// Image height in pixels.
     pub height_px: f32,
 }
 
 impl Sight {
-    /// Distance in radii of the bounding sphere; 0 when either is not a number or the plant is a point at the camera.
+    /// Describes how a camera sees a sphere, in world units. For an orthographic projection, the
+    /// distance is the one at which a perspective camera of [`REFERENCE_FOV_Y`] would see the
+    /// sphere at the same size.
+    pub fn new(camera: &Camera, center: DVec3, radius: f64) -> Self {
+        let height_px = camera.height_px as f32;
+        if camera.is_orthographic() {
+            let radius_px = radius * camera.pixels_per_unit();
+            let outline = 2.0 * radius_px / f64::from(camera.height_px);
+            let across = 1.0 / (outline * f64::from(0.5 * REFERENCE_FOV_Y).tan());
+            let distance = (radius * across.hypot(1.0)) as f32;
+            return Self { distance, radius: radius as f32, fov_y: REFERENCE_FOV_Y, height_px };
+        }
+        let distance = center.distance(camera.eye) as f32;
+        Self { distance, radius: radius as f32, fov_y: camera.fov_y() as f32, height_px }
+    }
+
+    /// Distance in radii of the bounding sphere; 0 if the distance or radius is NaN, or if the
+    /// plant is a point at the camera.
     pub fn distance_in_radii(&self) -> f32 {
         let radii = self.distance / self.radius;
         if radii.is_nan() { 0.0 } else { radii.max(0.0) }
     }
 
-    /// Radius of the bounding sphere's outline over half the picture's height. Infinite from inside the sphere.
+    /// Radius of the bounding sphere's outline, relative to half the image height. Infinite inside
+    /// the sphere.
     fn outline(&self) -> f32 {
         outline(self.distance_in_radii(), self.fov_y)
     }
 
-    /// Radius of the bounding sphere's outline in pixels. Infinite from inside the sphere.
+    /// Radius of the bounding sphere's outline in pixels. Infinite inside the sphere.
     pub fn radius_px(&self) -> f32 {
         self.outline() * 0.5 * self.height_px
     }
 }
 
-/// Radius of a unit sphere's outline at `distance` over half the picture's height; infinite from inside.
+/// Radius of a unit sphere's outline at `distance`, relative to half the image height; infinite
+/// inside the sphere.
 fn outline(distance: f32, fov_y: f32) -> f32 {
     if distance > 1.0 { 1.0 / ((distance * distance - 1.0).sqrt() * (0.5 * fov_y).tan()) } else { f32::INFINITY }
 }
 
-/// A rule for how much of a plant to draw. A game may add its own.
+/// A rule for how much of a plant to draw. Applications may implement their own.
 pub trait LodPolicy {
-    /// Level of detail from 0 (as little as there is) to 1 (everything).
+    /// Returns the level of detail, from 0 (the least possible) to 1 (everything).
     fn lod(&self, sight: &Sight) -> f32;
 }
 
-/// The active count for `lod` of a model of `leaves` leaves: the nearest whole number to `lod * leaves`, at least
-/// `min_leaves` and at most `leaves`. A LOD that is not a number counts as 0.
+/// Returns the active count for `lod` in a model of `leaves` leaves: `lod * leaves` rounded to the
+/// nearest whole number, at least `min_leaves` and at most `leaves`. A NaN LOD counts as 0.
 pub fn leaf_count(lod: f32, leaves: u32, min_leaves: u32) -> u32 {
     let wanted = (f64::from(lod) * f64::from(leaves)).round() as u32;
     wanted.max(min_leaves).min(leaves)
 }
 
-/// Share of the leaves below which a plant that is still drawn should not fall: of the last few leaves each is a large part
-/// of the outline, and the wood stands bare.
+/// Minimum fraction of the leaves of a plant that is still drawn: with fewer, each remaining leaf
+/// is a large part of the silhouette, and the wood looks bare.
 const FLOOR_SHARE: f32 = 0.02;
 
-/// The fewest leaves that a plant of `leaves` leaves should be drawn with: one in fifty, at least one.
+/// Returns the fewest leaves to draw for a plant of `leaves` leaves: one in fifty, at least one.
 pub fn fewest_leaves(leaves: u32) -> u32 {
     leaf_count(FLOOR_SHARE, leaves, 1)
 }
 
-/// Equation 1 put right: a weighted blend of nearness and projected area.
+/// A weighted blend of nearness and projected area: Equation 1, corrected.
 ///
-/// LOD = clamp(`nearness_weight` * nearness + `area_weight` * area, 0, 1), where nearness falls evenly from 1 at `near` to
-/// 0 at `far`, and area is the screen area of the bounding sphere over its area at `near` under [`REFERENCE_FOV_Y`], at
-/// most 1; so zooming in raises it.
+/// LOD = clamp(`nearness_weight` * nearness + `area_weight` * area, 0, 1). Nearness falls linearly
+/// from 1 at `near` to 0 at `far`. Area is the screen area of the bounding sphere relative to its
+/// area at `near` under [`REFERENCE_FOV_Y`], at most 1, so zooming in raises it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Blend {
-    /// Distance in radii up to which nearness is 1. Above 1; at 1 or less the area counts from inside the sphere only.
+    /// Distance in radii up to which nearness is 1. Should be above 1; at 1 or less, the area term
+    /// is 0 outside the bounding sphere.
     pub near: f32,
-    /// Distance in radii from which nearness is 0. At `near` or closer, nearness is a step.
+    /// Distance in radii from which nearness is 0. If `far` is not above `near`, nearness is a step
+    /// at `near`.
     pub far: f32,
-    /// Weight a of the nearness.
+    /// Weight a of nearness.
     pub nearness_weight: f32,
-    /// Weight b of the area.
+    /// Weight b of area.
     pub area_weight: f32,
 }
 
 impl Default for Blend {
-    /// The paper's weights, 0.8 and 0.2; from 3 radii, where the plant fills most of a 60 degree picture, to 60, where it
-    /// is a twentieth of that.
+    /// The paper's weights, 0.8 and 0.2, between 3 radii, where the plant fills most of an image
+    /// with a 60 degree field of view, and 60 radii, where it is a twentieth of that size.
     fn default() -> Self {
         Self { near: 3.0, far: 60.0, nearness_weight: 0.8, area_weight: 0.2 }
     }
@@ -119,21 +147,21 @@ impl LodPolicy for Blend {
     }
 }
 
-/// Cook's lambda: the fraction of leaves kept falls as a power of the plant's screen area.
+/// Cook's lambda: the fraction of leaves kept is a power of the plant's screen area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CookLambda {
     /// Distance in radii, under [`REFERENCE_FOV_Y`], within which everything is drawn.
     pub start: f32,
-    /// Screen area, over that at `start`, at which half of the leaves are drawn. Between 0 and 1; the paper keeps to at
-    /// most 1/2, and gives 0.4.
+    /// Screen area, relative to that at `start`, at which half of the leaves are drawn. Between 0
+    /// and 1; the paper keeps it at or below 1/2 and gives 0.4.
     pub half_area: f32,
 }
 
-/// Where `half_area` stops short of 1, at which the power would be infinite.
+/// Upper bound for `half_area`; at 1 the exponent would be infinite.
 const LARGEST_HALF_AREA: f32 = 0.999;
 
 impl Default for CookLambda {
-    /// The paper's h = 0.4, from 3 radii.
+    /// The paper's h = 0.4, starting at 3 radii.
     fn default() -> Self {
         Self { start: 3.0, half_area: 0.4 }
     }
@@ -151,23 +179,26 @@ impl LodPolicy for CookLambda {
     }
 }
 
-/// The fewest leaves for which the recorded errors of all pruned leaves, added up and carried over to the screen, stay
-/// under a bound.
+/// The fewest leaves for which the sum of the recorded errors of all pruned leaves, projected to
+/// the screen, stays within a bound.
 ///
-/// A recorded error is taken as a share of the views: for the criteria that count pixels, pixels over the pixels of all
-/// views; for VMI, bits over the number of views. That share times the square of pixels around the plant on screen is the
-/// error in pixels (for VMI: pixels, each weighted by the bits it tells). The sum is an upper bound of what pruning all of
-/// them changes, so the bound is kept but not reached.
+/// Each recorded error is converted to a fraction of the views. For criteria that count pixels,
+/// that is the error in pixels divided by the pixels of all views; for VMI, the error in bits
+/// divided by the number of views. Multiplied by the area in pixels of the square around the plant
+/// on screen, it gives the error in pixels (for VMI, pixels weighted by the bits of information
+/// each carries). The sum is an upper bound on the change from pruning all of these leaves, so the
+/// actual error stays below the bound rather than reaching it.
 #[derive(Debug, Clone)]
 pub struct PixelError {
-    /// Most pixels that may be wrong; at least 0.
+    /// Maximum number of wrong pixels; at least 0.
     pub bound_px: f32,
-    /// Entry n: share of the views that is wrong at active count n. Falls to 0 at the end.
+    /// Entry n is the fraction of the views that is wrong at active count n. Descending to 0 at the
+    /// end.
     share: Arc<[f64]>,
 }
 
 impl PixelError {
-    /// The policy for one model. O(leaves).
+    /// Creates the policy for one model. O(leaves).
     pub fn new(model: &FoliageModel, bound_px: f32) -> Self {
         let views = f64::from(model.recipe.views.max(1));
         let resolution = f64::from(model.recipe.resolution.max(1));
@@ -179,7 +210,7 @@ impl PixelError {
         Self { bound_px, share: share.into() }
     }
 
-    /// The fewest leaves whose error on screen stays within the bound.
+    /// Returns the fewest leaves whose error on screen stays within the bound.
     pub fn fewest_leaves(&self, sight: &Sight) -> u32 {
         let square_px = (2.0 * f64::from(sight.radius_px())).powi(2);
         let too_few = self.share.partition_point(|share| share * square_px > f64::from(self.bound_px));
@@ -194,19 +225,22 @@ impl LodPolicy for PixelError {
     }
 }
 
-/// Shares of the leaves that were found to be enough at some sizes on screen, such as those that keep a target of quality.
+/// Fractions of the leaves that were found to be enough at given sizes on screen, such as the
+/// smallest that meet a quality target.
 ///
-/// Between two sizes the share follows a power of the size; beyond the last it is the last one's, before the first the first
-/// one's.
+/// Between two sizes the fraction is a power of the size. Beyond the last size it stays at the last
+/// fraction, and before the first size at the first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sizes {
-    /// Diameter of the bounding sphere's outline in pixels, rising, and the share of the leaves.
+    /// Diameter of the bounding sphere's outline in pixels, ascending, and the fraction of the
+    /// leaves.
     shares: Arc<[(f32, f32)]>,
 }
 
 impl Sizes {
-    /// The policy for pairs of a diameter in pixels and a share of the leaves. `None` unless there is a pair, diameters are
-    /// above 0 and rise, and shares are above 0 and at most 1.
+    /// Creates the policy from pairs of a diameter in pixels and a fraction of the leaves. Returns
+    /// `None` unless there is at least one pair, the diameters are finite, above 0 and strictly
+    /// ascending, and the fractions are above 0 and at most 1.
     pub fn new(shares: &[(f32, f32)]) -> Option<Self> {
         let in_range = |&(px, share): &(f32, f32)| px > 0.0 && px.is_finite() && share > 0.0 && share <= 1.0;
         let rise = shares.windows(2).all(|pair| pair[0].0 < pair[1].0);
@@ -229,34 +263,39 @@ impl LodPolicy for Sizes {
 
 /// A dead band around the active count: a still or trembling camera changes nothing.
 ///
-/// The count follows what is wanted as if drawn by a slack rope, so a slow dolly changes it a leaf or two at a time and never by the
-/// width of the band at once. Full detail and `min_leaves` are always reached.
+/// The count follows the wanted count as if pulled by a slack rope, so a slow dolly changes it by a
+/// leaf or two at a time and never by the whole width of the band. Full detail and `min_leaves` are
+/// always reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hysteresis {
-    /// Half the width of the band over the count. 0 follows at once.
+    /// Half the width of the band, relative to the wanted count. At 0 the count follows
+    /// immediately.
     pub dead_band: f32,
     current: Option<f64>,
 }
 
 impl Default for Hysteresis {
-    /// 2 % of the leaves: what a camera that trembles by 1 % of its distance moves a count that goes with the area.
+    /// 2 % of the wanted count: a camera that trembles by 1 % of its distance changes a count
+    /// proportional to the area by this much.
     fn default() -> Self {
         Self::new(0.02)
     }
 }
 
 impl Hysteresis {
-    /// A dead band of `dead_band` times the count to either side.
+    /// Creates a dead band of `dead_band` times the wanted count on either side.
     pub fn new(dead_band: f32) -> Self {
         Self { dead_band, current: None }
     }
 
-    /// The count to draw when `wanted` would be right for this frame, out of `min_leaves..=leaves`.
+    /// Returns the count to draw, within `min_leaves..=leaves`, when `wanted` would be right for
+    /// this frame.
     pub fn settle(&mut self, wanted: u32, leaves: u32, min_leaves: u32) -> u32 {
         self.follow(f64::from(wanted), leaves, min_leaves).round() as u32
     }
 
-    /// As [`settle`](Self::settle) for counts with a fraction, between which nothing pops. NaN counts as `min_leaves`.
+    /// As [`settle`](Self::settle), for fractional counts, between which nothing pops. NaN counts
+    /// as `min_leaves`.
     pub fn follow(&mut self, wanted: f64, leaves: u32, min_leaves: u32) -> f64 {
         let (least, most) = (f64::from(min_leaves.min(leaves)), f64::from(leaves));
         let wanted = wanted.max(least).min(most);
@@ -272,7 +311,7 @@ impl Hysteresis {
     }
 }
 
-/// Clamped to 0..=1; not a number is 0.
+/// Clamps to `0..=1`; NaN becomes 0.
 fn unit(x: f32) -> f32 {
     if x.is_nan() { 0.0 } else { x.clamp(0.0, 1.0) }
 }

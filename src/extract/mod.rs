@@ -1,14 +1,18 @@
-//! Run time: from where a plant is seen to how many of its leaves are drawn, and at what scales.
+//! Run time: from how a plant is seen to the number of leaves drawn and their scales.
 //!
 //! ```text
-//! Sight --LodPolicy--> LOD in 0..=1 --leaf_count--> n --Hysteresis--> n --Swap::set_active--> changed scales
+//! Sight --LodPolicy--> LOD in 0..=1 --leaf_count--> n --Hysteresis--> n
+//! n --Swap::set_active--> changed scales
 //! ```
 //!
-//! Per plant and frame. [`lod`] holds the policies, [`swap`] the scales of one plant on screen; where scales are looked up
-//! by [`Timeline`](crate::model::Timeline) instead, `n` is all that a plant needs.
+//! This runs once per plant and frame. [`LodPolicy`] is the rule, and [`Swap`] holds the scales of
+//! one plant on screen. If scales are looked up in a [`Timeline`](crate::model::Timeline) instead,
+//! `n` is all that a plant needs.
 
-pub mod lod;
-pub mod swap;
+mod lod;
+pub(crate) mod swap;
 
-pub use lod::{Hysteresis, LodPolicy, Sight, leaf_count};
-pub use swap::Swap;
+pub use lod::{
+    Blend, CookLambda, Hysteresis, LodPolicy, PixelError, REFERENCE_FOV_Y, Sight, Sizes, fewest_leaves, leaf_count,
+};
+pub use swap::{BLOCK_LEAVES, Swap};

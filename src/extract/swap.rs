@@ -1,52 +1,61 @@
-//! Split and collapse: the drawn scales of one plant on screen, moved between active counts by swaps.
+//! Split and collapse: moves the drawn scales of one plant on screen between active counts by
+//! swaps.
 //!
-//! After J. Gasch, M. Chover, I. Remolar, C. Rebollo, *Multiresolution Foliage Rendering*, Algorithms 1 and 2. A model's
-//! leaves are sorted so that the first to be lost is last. To go from one active count to another, leaves are collapsed or
-//! split one at a time, each swapping one scale with its target:
+//! After C. Gasch, M. Chover, I. Remolar, C. Rebollo, *Multiresolution Foliage Rendering*,
+//! Algorithms 1 and 2. A model's leaves are sorted so that the first to be removed comes last. To
+//! get from one active count to another, leaves are collapsed or split one at a time, each swapping
+//! one scale with its target:
 //!
 //! ```text
-//! collapse: n -= 1; swap(slot[n], drawn[target(n)])        split: swap(slot[n], drawn[target(n)]); n += 1
+//! collapse: n -= 1; swap(slot[n], drawn[target(n)])
+//! split:    swap(slot[n], drawn[target(n)]); n += 1
 //! ```
 //!
-//! A swap is its own inverse and only moves bits, so every walk that comes back to a count restores every scale and slot
-//! to the bit. Where this differs from the printed algorithms:
+//! A swap is its own inverse and only moves bits, so every walk that returns to a count restores
+//! every scale and slot to the bit. Differences from the printed algorithms:
 //!
-//! - The printed loop runs `i < newLeaf - currentLeaf` while its body changes `currentLeaf`, so it stops half way. Here
-//!   it runs until the count is reached.
-//! - The printed collapse touches leaf `currentLeaf`, the first one that is *not* drawn (and at full detail does not
-//!   exist). Here the count falls first, so that collapse and split are exact inverses.
-//! - The printed leaf has one `scale` for two things: what it is drawn with, and what it hands to its target. As soon as
-//!   an enlarged leaf is itself removed the two get mixed up. Here drawn scales and slots are separate.
-//! - The printed scales live in the shared list of leaves, so all plants of a kind would have one count. Here they belong
-//!   to the plant on screen, and the model stays as it is.
-//! - `leafToModifiy`, `leaf` and `lastLeave` are used without being defined; all mean the one target of a leaf.
+//! - The printed loop runs `i < newLeaf - currentLeaf` while its body changes `currentLeaf`, so it
+//!   stops halfway. Here it runs until the count is reached.
+//! - The printed collapse accesses leaf `currentLeaf`, the first one that is *not* drawn (and does
+//!   not exist at full detail). Here the count is decremented first, so that collapse and split are
+//!   exact inverses.
+//! - The printed leaf has one `scale` for two purposes: the scale it is drawn with, and the scale
+//!   it hands to its target. The two get mixed up as soon as an enlarged leaf is itself removed.
+//!   Here drawn scales and slots are separate.
+//! - The printed scales live in the shared list of leaves, so all plants of a species would have
+//!   the same count. Here they belong to the plant on screen, and the model is unchanged.
+//! - `leafToModifiy`, `leaf` and `lastLeave` are used without being defined; all refer to the one
+//!   target of a leaf.
 //!
-//! Limits: 8 bytes of state a leaf and plant on screen. For thousands of plants use [`Timeline`](crate::model::Timeline).
+//! Limits: 8 bytes of state per leaf for each plant on screen. For thousands of plants use
+//! [`Timeline`](crate::model::Timeline).
 
 use crate::model::{FoliageModel, NO_LEAF};
 use std::{ops::Range, sync::Arc};
 
-/// Leaves whose scales are reported as changed together: 256 bytes of scales, below which an upload costs the same.
+/// Number of leaves whose scales are reported as changed together. Their scales take 256 bytes; a
+/// smaller upload costs the same.
 pub const BLOCK_LEAVES: u32 = 64;
-/// Blocks in one word of the set of changed blocks.
+/// Number of blocks per word of the set of changed blocks.
 const WORD_BLOCKS: u32 = 64;
 
 /// Drawn scales of one plant on screen at its active count.
 ///
-/// Clones share the targets; each clone walks on its own.
+/// Clones share the targets, but each has its own active count and scales.
 #[derive(Debug, Clone)]
 pub struct Swap {
     active: u32,
     drawn: Vec<f32>,
     slots: Vec<f32>,
     targets: Arc<[u32]>,
-    /// One bit for every [`BLOCK_LEAVES`] leaves; all clear between calls.
+    /// One bit per block of [`BLOCK_LEAVES`] leaves; all clear between calls.
     changed_blocks: Vec<u64>,
     changed: Vec<Range<u32>>,
 }
 
 impl Swap {
-    /// The plant with all its leaves active, every drawn scale 1. O(leaves); allocates all that it will ever need.
+    /// Creates the state of a plant with all leaves active and every drawn scale 1. O(leaves); all
+    /// memory is allocated here.
     pub fn new(model: &FoliageModel) -> Self {
         let count = model.leaves.len();
         let blocks = count.div_ceil(BLOCK_LEAVES as usize);
@@ -70,21 +79,23 @@ impl Swap {
         self.drawn.len() as u32
     }
 
-    /// Drawn scale of every leaf; those from the active count on are not drawn, yet kept current.
+    /// Drawn scale of every leaf. Leaves from the active count on are not drawn, but their scales
+    /// are kept up to date.
     pub fn scales(&self) -> &[f32] {
         &self.drawn
     }
 
-    /// Swap slot of every leaf: what its target's drawn scale is exchanged with next.
+    /// Swap slot of every leaf: the scale to be exchanged next with its target's drawn scale.
     pub fn slots(&self) -> &[f32] {
         &self.slots
     }
 
-    /// Splits or collapses until `n` leaves are active (all of them for a larger `n`).
+    /// Splits or collapses until `n` leaves are active (all of them if `n` is larger).
     ///
-    /// Returns where [`scales`](Self::scales) changed: ranges of leaves in rising order without overlap, rounded out to
-    /// whole blocks of [`BLOCK_LEAVES`]. Empty when the count stays. Costs O(leaves split or collapsed) and a scan of one
-    /// word per 4,096 leaves; allocates nothing.
+    /// Returns the ranges of leaves whose [`scales`](Self::scales) may have changed: ascending,
+    /// without overlap, rounded out to whole blocks of [`BLOCK_LEAVES`]. Empty if the count does
+    /// not change. Costs O(leaves split or collapsed) plus a scan of one word per 4,096 leaves;
+    /// allocates nothing.
     pub fn set_active(&mut self, n: u32) -> &[Range<u32>] {
         let n = n.min(self.leaves());
         self.changed.clear();
@@ -114,7 +125,7 @@ impl Swap {
         self.changed_blocks[(block / WORD_BLOCKS) as usize] |= 1 << (block % WORD_BLOCKS);
     }
 
-    /// Turns the set of changed blocks into ranges of leaves and clears it.
+    /// Converts the set of changed blocks to ranges of leaves and clears it.
     fn collect_changed(&mut self) {
         let leaves = self.leaves();
         for (word, bits) in self.changed_blocks.iter_mut().enumerate() {

@@ -1,7 +1,8 @@
-//! Directions of a growing stem, turned with a trigonometry that gives the same bits on every machine.
+//! Coordinate frames of a growing stem, with trigonometry that is bit-identical on all machines.
 //!
-//! The standard library's sine differs between systems in the last bit, which is enough to move a twig to another place;
-//! the `libm` crate is plain arithmetic. Only scalar vectors are used, since sums of SIMD ones may be ordered otherwise.
+//! The sine of the standard library differs between systems in the last bit, which is enough to
+//! move a twig elsewhere; the `libm` crate is plain arithmetic. Only scalar vectors are used
+//! because SIMD vectors may be summed in another order.
 
 use glam::Vec3;
 
@@ -10,18 +11,18 @@ pub(super) fn sin_cos(angle: f32) -> (f32, f32) {
     libm::sincosf(angle)
 }
 
-/// `vector` turned about the unit `axis` by `angle` radians (Rodrigues' formula).
+/// Rotates `vector` about the unit `axis` by `angle` radians (Rodrigues' formula).
 pub(super) fn turned(vector: Vec3, axis: Vec3, angle: f32) -> Vec3 {
     let (sin, cos) = sin_cos(angle);
     vector * cos + axis.cross(vector) * sin + axis * axis.dot(vector) * (1.0 - cos)
 }
 
-/// Where a stem grows and which way it bends.
+/// Direction of growth of a stem, and the axis it bends about.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Frame {
     /// Unit direction of growth.
     pub heading: Vec3,
-    /// Unit, perpendicular to `heading`: the axis about which the stem bends.
+    /// Unit vector perpendicular to `heading`: the axis about which the stem bends.
     pub side: Vec3,
 }
 
@@ -29,17 +30,17 @@ impl Frame {
     /// Straight up.
     pub const UP: Self = Self { heading: Vec3::Y, side: Vec3::X };
 
-    /// Bent about its side by `angle` radians.
+    /// Bends about `side` by `angle` radians.
     pub fn pitched(self, angle: f32) -> Self {
         self.turned(self.side, angle)
     }
 
-    /// Twisted about its heading by `angle` radians.
+    /// Twists about `heading` by `angle` radians.
     pub fn rolled(self, angle: f32) -> Self {
         self.turned(self.heading, angle)
     }
 
-    /// Turned as a whole about the unit `axis` by `angle` radians; brought back to unit length and a right angle.
+    /// Rotates about the unit `axis` by `angle` radians; restores unit length and the right angle.
     pub fn turned(self, axis: Vec3, angle: f32) -> Self {
         let heading = turned(self.heading, axis, angle).normalize_or(self.heading);
         let side = turned(self.side, axis, angle);
@@ -47,7 +48,7 @@ impl Frame {
         Self { heading, side }
     }
 
-    /// Turned towards straight up by `angle` radians (away from it when negative), never past the vertical.
+    /// Turns towards straight up by `angle` radians (away if negative), never past the vertical.
     pub fn lifted(self, angle: f32) -> Self {
         let axis = self.heading.cross(Vec3::Y);
         let sin_declination = axis.length();

@@ -1,8 +1,9 @@
-//! Leaf cards, spread over the thinnest stems: exactly as many as asked for.
+//! Leaf cards, distributed over the thinnest stems in exactly the requested number.
 //!
-//! After Weber & Penn 1995, section 4.5 (leaves along the last stems, set like children) and 4.9 (leaves turn towards the
-//! light). Where we differ: the count is given for the whole tree and spread over the bearing length of all twigs, so that
-//! any number comes out exactly; cards shrink and grow with the count so that the crown stays as dense.
+//! After Weber & Penn 1995, section 4.5 (leaves along the last stems, placed like children) and 4.9
+//! (leaves turn towards the light). Where we differ: the leaf count applies to the whole tree and
+//! is distributed over the total bearing length of the twigs, so that any number is met exactly;
+//! the card size depends on the count so that the crown stays as dense.
 
 use super::{
     paint::linear,
@@ -13,17 +14,17 @@ use crate::random::Random;
 use crate::{Plant, leaf::Vertex};
 use glam::Vec3;
 
-/// Bounds of the factor on card size where more or fewer leaves than usual are asked for.
+/// Bounds of the factor applied to card size if the leaf count is not that of the species.
 const SIZE_FACTOR: [f32; 2] = [0.25, 3.0];
-/// Leaves keep at least this part of the even distance to the next one.
+/// Maximum random shift of a leaf along its twig, either way, as a fraction of the even spacing.
 const SPACING_JITTER: f32 = 0.4;
-/// Random turn of a leaf about its twig, either way, in degrees.
+/// Maximum random rotation of a leaf about its twig, either way, in degrees.
 const ROLL_JITTER: f32 = 40.0;
-/// Light comes from outside the crown so much more than from above: leaves at its sides face the open.
+/// Weight of light from outside relative to light from above: leaves at the sides face outwards.
 const OUTWARD_LIGHT: f32 = 1.5;
-/// Corners of the two triangles of a card.
+/// Vertex indices of the two triangles of a card.
 const CARD: [u32; 6] = [0, 1, 2, 0, 2, 3];
-/// Separates the stream of the leaves from the stems'.
+/// Separates the random stream of the leaves from that of the stems.
 const LEAF_STREAM: u64 = 0x6C65_6166;
 
 /// A stem that bears leaves, from `from` to its tip.
@@ -34,7 +35,7 @@ struct Twig<'a> {
     end_m: f64,
 }
 
-/// Appends `count` leaves of material `material`.
+/// Appends `count` leaves with material `material`.
 pub(super) fn push_leaves(plant: &mut Plant, species: &Species, stems: &[Stem], count: u32, seed: u64, material: u32) {
     let twigs = bearing_twigs(species, stems);
     let foliage = Foliage::new(species, &twigs, count);
@@ -57,7 +58,8 @@ pub(super) fn push_leaves(plant: &mut Plant, species: &Species, stems: &[Stem], 
     }
 }
 
-/// Stems of the thinnest levels; those of the thinnest level there is where a species has put forth none.
+/// Stems of the levels that bear leaves; if no stem reaches these levels, the stems of the thinnest
+/// level present.
 fn bearing_twigs<'a>(species: &Species, stems: &'a [Stem]) -> Vec<Twig<'a>> {
     let thinnest = stems.iter().map(|stem| stem.level).max().unwrap_or(0);
     let first_level = thinnest.min(species.levels.len() - species.leaf.levels as usize);
@@ -73,11 +75,11 @@ fn bearing_twigs<'a>(species: &Species, stems: &'a [Stem]) -> Vec<Twig<'a>> {
         .collect()
 }
 
-/// What all cards of a tree share.
+/// Properties shared by all cards of a tree.
 struct Foliage<'a> {
     style: &'a LeafStyle,
     length_m: f32,
-    /// Middle of the twigs: leaves face away from it.
+    /// Mean position of the feet of the twigs: leaves face away from it.
     center: Vec3,
     /// Linear factor that turns `color` into `color_dark`.
     dark: [f32; 3],
@@ -97,7 +99,7 @@ impl<'a> Foliage<'a> {
         }
     }
 
-    /// The `on_twig`-th card of a twig, attached at `node`: its corners and the middle of its foot.
+    /// Card number `on_twig` of a twig, attached at `node`: its corners and the middle of its foot.
     fn card(&self, node: &Node, on_twig: u32, random: &mut Random) -> ([Vertex; 4], [f32; 3]) {
         let style = self.style;
         let roll = (style.rotate * on_twig as f32 + ROLL_JITTER * random.signed()).to_radians();
@@ -129,14 +131,14 @@ impl<'a> Foliage<'a> {
         (corners, foot.to_array())
     }
 
-    /// From dark (0) to bright (1).
+    /// Colour factor from dark (`share` 0) to bright (1).
     fn tint(&self, share: f32) -> [f32; 4] {
         let mix = |dark: f32| dark + (1.0 - dark) * share;
         [mix(self.dark[0]), mix(self.dark[1]), mix(self.dark[2]), 1.0]
     }
 }
 
-/// A direction without preference for any side, from a cube cut to its sphere.
+/// Uniformly distributed random direction, by rejection sampling of a cube.
 fn random_direction(random: &mut Random) -> Vec3 {
     loop {
         let point = Vec3::new(random.signed(), random.signed(), random.signed());

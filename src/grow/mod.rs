@@ -1,19 +1,19 @@
-//! Trees grown from the numbers of a species: stems, wood, leaves and textures.
+//! Procedural trees: stems, wood, leaves and textures grown from the parameters of a species.
 //!
 //! ```text
 //! data/species/*.toml -> Species -> weber_penn (stems) -> tube (wood)
-//!                                                      -> leaves (cards) -> Plant -> glb
+//!                                                      -> leaves (cards) -> Plant
 //!                            paint (leaf and bark textures) -----------------^
 //! ```
 //!
 //! The same species, options and version give the same bytes on every machine.
 
 mod frame;
-pub mod glb;
 mod leaves;
 mod paint;
 mod ranges;
 mod species;
+mod species_file;
 mod stem;
 mod tube;
 mod weber_penn;
@@ -26,25 +26,27 @@ use crate::{
     material::{AlphaMode, Material, Wrap},
 };
 
-/// Materials of a grown plant, and the textures of the same index.
+/// Material indices of a grown plant; its textures have the same indices.
 const LEAF: u32 = 0;
 const BARK: u32 = 1;
 
-/// What may be asked of growth; the default grows the species as its file says.
+/// Options of [`grow`]; the default grows the species as specified in its file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GrowOptions {
-    /// Exact number of leaves, 1 to [`MAX_GROWN_LEAVES`]; the species' own when `None`. Stems stay as they are; cards
-    /// shrink with more leaves and grow with fewer, within limits, so that the crown stays as dense.
+    /// Exact number of leaves, 1 to [`MAX_GROWN_LEAVES`]; `None` uses the count of the species. The
+    /// stems do not depend on it. With more leaves the cards shrink, with fewer they grow, within
+    /// limits, so that the density of the crown stays the same.
     pub leaves: Option<u32>,
-    /// Another individual of the species; the species' own when `None`.
+    /// Seed of the individual; `None` uses the seed of the species.
     pub seed: Option<u64>,
 }
 
-/// Grows a tree: leaves of two triangles each, their pivot on the twig, foot at the origin.
+/// Grows a tree with its foot at the origin. Leaves are cards of two triangles, each with its pivot
+/// on the twig.
 ///
 /// # Errors
-/// [`InvalidOption`](Error::InvalidOption) for a leaf count out of range; those of [`Species::validate`];
-/// [`TooLarge`](Error::TooLarge) for a species with too many stems.
+/// [`InvalidOption`](crate::Error::InvalidOption) for a leaf count out of range; the errors of
+/// [`Species::validate`]; [`TooLarge`](crate::Error::TooLarge) for a species with too many stems.
 pub fn grow(species: &Species, options: &GrowOptions) -> Result<Plant> {
     let count = options.leaves.unwrap_or(species.leaves);
     check_range("leaves", count, 1..=MAX_GROWN_LEAVES)?;

@@ -1,16 +1,36 @@
-//! The allowed range of every number of a species.
+//! Allowed ranges of the parameters of a species.
 
 use super::species::{BarkStyle, Crown, LeafStyle, Level, MAX_GROWN_LEAVES, Species};
-use crate::{Result, error::check_range};
+use crate::{Error, Result, error::check_range};
+use std::path::Path;
 
-/// Key, value, least and greatest allowed value.
+/// Key, value, minimum and maximum.
 type Ranged = (&'static str, f32, f32, f32);
+
+impl Species {
+    /// Checks every number against its range, for a species created or changed in code.
+    ///
+    /// # Errors
+    /// [`Unreadable`](Error::Unreadable), with the name of the species as the path, for the first
+    /// number out of range.
+    pub fn validate(&self) -> Result<()> {
+        self.check(Path::new(&self.name))
+    }
+
+    /// As [`validate`](Self::validate), with `origin` as the path in the error.
+    pub(super) fn check(&self, origin: &Path) -> Result<()> {
+        check_ranges(self).map_err(|error| {
+            let Error::InvalidOption { field, value, allowed } = error else { return error };
+            Error::unreadable(origin, format!("{field} is {value}"), format!("it must be {allowed}"))
+        })
+    }
+}
 
 /// Checks every number of a species.
 ///
 /// # Errors
-/// [`Error::InvalidOption`](crate::Error::InvalidOption) for the first one out of its range.
-pub(super) fn check_ranges(species: &Species) -> Result<()> {
+/// [`InvalidOption`](Error::InvalidOption) for the first number out of range.
+fn check_ranges(species: &Species) -> Result<()> {
     check_range("leaves", species.leaves, 1..=MAX_GROWN_LEAVES)?;
     check_range("levels", species.levels.len(), 2..=4)?;
     check_range("leaf.levels", species.leaf.levels as usize, 1..=species.levels.len())?;

@@ -1,9 +1,9 @@
-//! A grown stem: the nodes along its axis.
+//! A grown stem, as nodes along its axis.
 
 use super::frame::Frame;
 use glam::Vec3;
 
-/// A point of a stem's axis.
+/// A point on the axis of a stem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Node {
     /// Position in metres.
@@ -12,7 +12,7 @@ pub(super) struct Node {
     pub frame: Frame,
     /// Radius in metres.
     pub radius: f32,
-    /// Fraction of the stem's length, 0 at the foot.
+    /// Fraction of the length of the stem, 0 at the foot.
     pub t: f32,
 }
 
@@ -21,19 +21,20 @@ pub(super) struct Node {
 pub(super) struct Stem {
     /// 0 for the trunk.
     pub level: usize,
-    /// Metres from `t = 0` to `t = 1`; an arm above a fork keeps its whole stem's length.
+    /// Length in metres from `t = 0` to `t = 1`; an arm above a fork keeps the length of the whole
+    /// stem.
     pub length: f32,
-    /// At least two, `t` rising to 1. The first has `t > 0` on an arm above a fork.
+    /// At least two nodes, `t` ascending to 1. On an arm above a fork, the first has `t > 0`.
     pub nodes: Vec<Node>,
 }
 
 impl Stem {
-    /// Where the stem, or this arm of it, starts.
+    /// The node where the stem, or this arm of it, starts.
     pub fn foot(&self) -> &Node {
         &self.nodes[0]
     }
 
-    /// The point at `t`, between its neighbours; the nearest end outside of the stem.
+    /// The point at `t`, interpolated between neighbouring nodes; clamped to the ends of the stem.
     pub fn at(&self, t: f32) -> Node {
         let above = self.nodes.partition_point(|node| node.t < t);
         if above == 0 {

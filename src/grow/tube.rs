@@ -1,8 +1,9 @@
-//! Wood: every stem as a tapered tube of bark.
+//! Wood: every stem becomes a tapered tube of bark.
 //!
-//! A stem's tube starts on the axis of its parent, inside the parent's tube, so that no gap shows; an arm above a fork
-//! starts on the fork's own ring. Tips are closed by a cone. The trunk's foot gets rings of its own for the flare and the
-//! lobes (Weber & Penn 1995, section 4.4).
+//! The tube of a stem starts on the axis of its parent, inside the tube of the parent, so that
+//! there is no visible gap; an arm above a fork starts on the ring of the fork. Tips are closed by
+//! a cone. The foot of the trunk has extra rings for the flare and the lobes (Weber & Penn 1995,
+//! section 4.4).
 
 use super::{
     frame::sin_cos,
@@ -18,14 +19,15 @@ use crate::{
 use glam::Vec3;
 use std::f32::consts::TAU;
 
-/// Heights of the trunk's extra rings over its length; the flare (100^(1 - 8 t)) needs them.
+/// Heights of the extra rings of the trunk, as fractions of its length, to resolve the flare
+/// (100^(1 - 8 t)).
 const FOOT_RINGS: [f32; 5] = [0.008, 0.02, 0.04, 0.07, 0.12];
-/// Lobes fade from the foot to this fraction of the trunk.
+/// Fraction of the trunk over which the lobes fade out, from the foot.
 const LOBE_HEIGHT: f32 = 0.35;
-/// Radius over `twig_radius_m` from which wood is all bark.
+/// Radius from which wood is fully bark, in multiples of `twig_radius_m`.
 const FULL_BARK: f32 = 3.0;
 
-/// Appends the tubes of all stems as one part of material `material`.
+/// Builds the tubes of all stems as one part with material `material`.
 pub(super) fn build_wood(species: &Species, stems: &[Stem], material: u32) -> Wood {
     let mut builder = Builder { species, twig_tint: species.bark.twig_tint.map(linear), wood: Wood::default() };
     for stem in stems {
@@ -39,7 +41,7 @@ pub(super) fn build_wood(species: &Species, stems: &[Stem], material: u32) -> Wo
 
 struct Builder<'a> {
     species: &'a Species,
-    /// Linear colour factor on thin twigs.
+    /// Linear colour factor of thin twigs.
     twig_tint: [f32; 3],
     wood: Wood,
 }
@@ -65,7 +67,8 @@ impl Builder<'_> {
         push_indices(&mut self.wood.indices, first_vertex, along.len() as u32, sides);
     }
 
-    /// Vertex of a ring at `around` (0 to 1). The first and last share their place but not their texture coordinate.
+    /// Adds a ring vertex at `around` (0 to 1). The first and last vertex of a ring share a
+    /// position but not a texture coordinate.
     fn push_ring_vertex(&mut self, stem: &Stem, ring: &Node, around: f32, repeats: f32, slope: f32) {
         let outward = outward(ring, around);
         let lobe = if stem.level == 0 { lobe(self.species, ring.t, around) } else { 1.0 };
@@ -86,7 +89,7 @@ impl Builder<'_> {
     }
 }
 
-/// The nodes of the tube; a trunk gets [`FOOT_RINGS`] and its flare.
+/// Rings of the tube; for a trunk, they include [`FOOT_RINGS`] and the flare.
 fn rings(species: &Species, stem: &Stem) -> Vec<Node> {
     let mut rings = stem.nodes.clone();
     if stem.level == 0 {
@@ -102,7 +105,7 @@ fn rings(species: &Species, stem: &Stem) -> Vec<Node> {
     rings
 }
 
-/// Unit vector from the axis, `around` of a full turn from the frame's side.
+/// Unit vector from the axis, rotated from the side of the frame by `around` of a full turn.
 fn outward(ring: &Node, around: f32) -> Vec3 {
     let (sin, cos) = if around == 1.0 { (0.0, 1.0) } else { sin_cos(TAU * around) };
     ring.frame.side * cos + ring.frame.heading.cross(ring.frame.side) * sin
@@ -114,7 +117,7 @@ fn lobe(species: &Species, t: f32, around: f32) -> f32 {
     1.0 + crown.lobe_depth * fade * sin_cos(TAU * around * crown.lobes as f32).0
 }
 
-/// Two triangles per side between rings, one per side at the tip.
+/// Adds two triangles per side between rings, and one per side at the tip.
 fn push_indices(indices: &mut Vec<u32>, first: u32, rings: u32, sides: u32) {
     let stride = sides + 1;
     for ring in 0..rings - 1 {

@@ -1,16 +1,20 @@
-//! Stems of a species, grown level by level from the trunk to the twigs.
+//! Grows the stems of a species level by level, from the trunk to the twigs.
 //!
-//! After Jason Weber and Joseph Penn, "Creation and Rendering of Realistic Trees", SIGGRAPH 1995: stems in levels, each
-//! with its own numbers (section 4.1: curve, forks; 4.2: angles of forks; 4.3: children, their count, length and angle;
-//! 4.4: radius, taper, flare; 4.8: the pull towards the light).
+//! After Jason Weber and Joseph Penn, "Creation and Rendering of Realistic Trees", SIGGRAPH 1995.
+//! Stems are in levels, each with its own parameters (section 4.1: curve, forks; 4.2: angles of
+//! forks; 4.3: number, length and angle of children; 4.4: radius, taper, flare; 4.8: attraction to
+//! light).
 //!
 //! Where we differ:
-//! - The random part of the curve bends about a random axis, not only in the plane of the curve: limbs become gnarled.
-//! - Arms of a fork part by half the angle each, are thinned ([`FORK_THINNING`]) and are not bent back; the lift does that.
+//! - The random part of the curve bends about a random axis, not only in the plane of the curve, so
+//!   limbs become gnarled.
+//! - The arms of a fork each deviate by half the angle and are thinned ([`FORK_THINNING`]). They
+//!   are not bent back; the lift does that.
 //! - Several trunks may rise from one root (for clumps of birches).
-//! - The lift is a plain angle per stem, on every level; the pruning envelope (4.6) and wind (4.7) are left out.
+//! - The lift is a constant angle per stem, on every level. The pruning envelope (4.6) and wind
+//!   (4.7) are omitted.
 //!
-//! Limits: stems do not see one another, so crowns of very many limbs may cross.
+//! Limits: stems ignore one another, so crowns with very many limbs may self-intersect.
 
 use super::{
     frame::{Frame, sin_cos},
@@ -22,41 +26,44 @@ use crate::{Error, Result};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// Most stems of a tree: the wood of so many stays near a million triangles.
+/// Maximum number of stems of a tree: it keeps the wood near a million triangles.
 pub(super) const MAX_STEMS: usize = 100_000;
-/// Radius of a fork's arms over the radius below it: two arms carry the cross-section of one (Leonardo's rule) at 0.71;
-/// more, since the taper takes its part too.
+/// Radius of the arms of a fork relative to the radius below it. At 0.71 two arms have the
+/// cross-section of one (Leonardo's rule); the value is higher because the taper reduces the radius
+/// too.
 const FORK_THINNING: f32 = 0.85;
-/// No stem is thinner, in metres: it would be nothing but a shimmer in any picture.
+/// Minimum stem radius in metres: anything thinner would only shimmer on screen.
 const LEAST_RADIUS_M: f32 = 0.0015;
-/// No stem is shorter, in metres: some shapes give the highest limbs no length at all.
+/// Minimum stem length in metres: some shapes give the topmost limbs zero length.
 const LEAST_LENGTH_M: f32 = 0.001;
-/// Children keep at least this part of the even distance to the next one.
+/// Maximum random shift of a child along its parent, either way, as a fraction of the even spacing.
 const CHILD_JITTER: f32 = 0.35;
-/// Stems turn level before they come nearer to the ground than this part of the tree's height.
+/// Minimum height of stems above the ground, as a fraction of the height of the tree: stems level
+/// out before they get lower.
 const GROUND_CLEARANCE: f32 = 0.13;
-/// Trunks of one root start this many trunk radii from its centre.
+/// Distance of the trunks from the centre of their common root, in trunk radii.
 const TRUNK_SPREAD: f32 = 1.4;
 
-/// A stem that is still to be grown.
+/// A stem that has not been grown yet.
 #[derive(Clone, Copy)]
 struct Shoot {
     level: usize,
-    /// Its first node; an arm of a fork starts on the very ring below the fork.
+    /// Its first node; an arm of a fork starts on the ring at the fork.
     node: Node,
-    /// Where it grows from there.
+    /// Its frame after the first node.
     frame: Frame,
     length_m: f32,
     foot_radius_m: f32,
-    /// Length over the parent's, over the greatest that the species allows: thins out a short limb's branches.
+    /// Length divided by the maximum length that the species allows on this parent: short limbs get
+    /// fewer branches.
     relative_length: f32,
     seed: u64,
 }
 
-/// Grows every stem. The trunk comes first, every stem after its parent.
+/// Grows every stem. The first stem is a trunk, and every stem comes after its parent.
 ///
 /// # Errors
-/// [`TooLarge`](Error::TooLarge) beyond [`MAX_STEMS`].
+/// [`TooLarge`](Error::TooLarge) for more than [`MAX_STEMS`] stems.
 pub(super) fn grow_stems(species: &Species, seed: u64) -> Result<Vec<Stem>> {
     let mut grower = Grower { species, fork_error: vec![0.0; species.levels.len()], pending: Vec::new() };
     let mut stems = Vec::new();
@@ -66,7 +73,7 @@ pub(super) fn grow_stems(species: &Species, seed: u64) -> Result<Vec<Stem>> {
         let planned = stems.len() + grower.pending.len();
         if planned > MAX_STEMS {
             return Err(Error::TooLarge {
-                what: format!("{}: number of stems", species.name),
+                what: format!("{}: the number of stems", species.name),
                 value: planned as u64,
                 limit: MAX_STEMS as u64,
                 fix: "lower levels[..].branches or levels[..].splits".into(),
@@ -78,7 +85,7 @@ pub(super) fn grow_stems(species: &Species, seed: u64) -> Result<Vec<Stem>> {
 
 struct Grower<'a> {
     species: &'a Species,
-    /// Per level, the fraction of a fork that rounding has left over (section 4.2).
+    /// Per level, the rounding remainder of the number of forks (section 4.2).
     fork_error: Vec<f32>,
     pending: Vec<Shoot>,
 }
@@ -114,7 +121,8 @@ impl Grower<'_> {
         stem
     }
 
-    /// Grows segment by segment, bending, forking; arms of forks go to `pending`.
+    /// Grows an axis segment by segment, with bends and forks. The other arms of forks are added to
+    /// `pending`.
     fn grow_axis(&mut self, shoot: &Shoot, random: &mut Random) -> Stem {
         let level = &self.species.levels[shoot.level];
         let segments = level.segments;
@@ -142,7 +150,7 @@ impl Grower<'_> {
         Stem { level: shoot.level, length: shoot.length_m, nodes }
     }
 
-    /// The node's frame, levelled where the next step would lead below [`GROUND_CLEARANCE`].
+    /// The frame of the node, levelled if the next step would lead below [`GROUND_CLEARANCE`].
     fn kept_off_the_ground(&self, node: Node, step_m: f32) -> Frame {
         let lowest = GROUND_CLEARANCE * self.species.crown.height_m;
         let heading = node.frame.heading;
@@ -152,7 +160,7 @@ impl Grower<'_> {
         node.frame
     }
 
-    /// Number of arms after a segment, by error diffusion: `splits` more than one on average, evenly spread.
+    /// Number of arms after a segment, by error diffusion: 1 + `splits` on average, evenly spaced.
     fn arms(&mut self, index: usize, level: &Level) -> u32 {
         let wanted = level.splits + self.fork_error[index];
         let forks = (wanted + 0.5).floor().max(0.0);
@@ -160,7 +168,7 @@ impl Grower<'_> {
         1 + forks as u32
     }
 
-    /// Sends all arms but the first to `pending`; gives the first one's frame.
+    /// Adds all arms but the first to `pending`; returns the frame of the first.
     fn fork(&mut self, shoot: &Shoot, node: Node, foot_radius_m: f32, arms: u32, random: &mut Random) -> Frame {
         let level = &self.species.levels[shoot.level];
         let roll = PI * random.signed();
@@ -177,7 +185,7 @@ impl Grower<'_> {
         arm_frame(0, random)
     }
 
-    /// Radius at `t` (section 4.4), without the trunk's [`flare`].
+    /// Radius at `t` (section 4.4), without the [`flare`] of the trunk.
     fn radius_m(&self, level: usize, foot_radius_m: f32, t: f32) -> f32 {
         (foot_radius_m * (1.0 - self.species.levels[level].taper * t)).max(LEAST_RADIUS_M)
     }
@@ -218,12 +226,13 @@ impl Grower<'_> {
     }
 }
 
-/// How many of the most children a stem really has (section 4.3): fewer on short limbs.
+/// Fraction of the maximum number of children that a stem has (section 4.3): lower on short limbs.
 fn density(parent: &Shoot) -> f32 {
     if parent.level == 0 { 1.0 } else { 0.2 + 0.8 * parent.relative_length.min(1.0) }
 }
 
-/// Angle in degrees between parent and child (section 4.3); `height` is 0 at the parent's tip, 1 at its lowest child.
+/// Angle in degrees between parent and child (section 4.3); `height` is 0 at the tip of the parent,
+/// 1 at its lowest child.
 fn down_angle(child: &Level, height: f32, random: &mut Random) -> f32 {
     if child.down_angle_v >= 0.0 {
         return random.vary(child.down_angle, child.down_angle_v);
@@ -264,7 +273,8 @@ impl Shape {
     }
 }
 
-/// Factor on the trunk's radius at `height` over the trunk's length (`Flare` of section 4.4).
+/// Factor applied to the trunk's radius at `height`, a fraction of the trunk's length (`Flare` of
+/// section 4.4).
 pub(super) fn flare(crown: &Crown, height: f32) -> f32 {
     let above_foot = (1.0 - 8.0 * height).max(0.0);
     1.0 + crown.flare * (libm::powf(100.0, above_foot) - 1.0) / 100.0

@@ -1,4 +1,5 @@
-//! Reads glTF accessors: every offset and count is checked against the bytes that back it before anything is allocated.
+//! Reads glTF accessors. Every offset and count is checked against the bytes that back it before
+//! anything is allocated.
 
 use super::{buffers::Buffers, buffers::ViewBytes, fault::Fault};
 use ::gltf::json::{
@@ -14,7 +15,7 @@ pub(super) struct Accessors<'a> {
     buffers: &'a Buffers<'a>,
 }
 
-/// Elements in memory: what an accessor or a sparse part of it points at, known to lie within its view.
+/// The elements that an accessor or its sparse part points at, checked to lie within their view.
 struct Elements<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -28,12 +29,12 @@ impl<'a> Accessors<'a> {
         Self { root, buffers }
     }
 
-    /// Bytes of all buffers as the file holds them.
+    /// Total size in bytes of all buffers as stored in the file.
     pub(super) fn total_bytes(&self) -> u64 {
         self.buffers.total_bytes()
     }
 
-    /// Number of elements of an accessor, once they are known to be there.
+    /// Number of elements of an accessor, checked to be present.
     pub(super) fn count(&self, index: Index<Accessor>) -> Result<usize, Fault> {
         let accessor = self.accessor(index)?;
         let name = || format!("accessor {}", index.value());
@@ -43,8 +44,9 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// The elements `picks` (rising) as `f32`, the first `N` components of each, missing components taken from `absent`.
-    /// Normalised integers become -1..1 or 0..1. An accessor of fewer or more than `components` components is refused.
+    /// The elements with the indices `picks` (ascending) as `f32`: the first `N` components of
+    /// each, with missing components taken from `absent`. Normalised integers become -1..1 or 0..1.
+    /// Fails if the number of components of the accessor is not in `components`.
     pub(super) fn floats<const N: usize>(
         &self,
         index: Index<Accessor>,
@@ -61,7 +63,10 @@ impl<'a> Accessors<'a> {
         }
         let count = self.count(index)?;
         if let Some(&last) = picks.last().filter(|&&last| last as usize >= count) {
-            return Err(Fault::broken(format!("index {last} is beyond {}, which has {count} elements", name())));
+            return Err(Fault::broken(format!(
+                "index {last} is out of range for {}, which has {count} elements",
+                name()
+            )));
         }
         let normalized = accessor.normalized;
         let mut values: Vec<[f32; N]> = match self.elements(accessor, &name)? {
@@ -79,21 +84,24 @@ impl<'a> Accessors<'a> {
         Ok(values)
     }
 
-    /// What integers of an accessor are divided by to become -1..1 or 0..1; 1 where they are not normalised.
+    /// Divisor that maps integers of an accessor to -1..1 or 0..1; 1 if they are not normalised.
     pub(super) fn divisor(&self, index: Index<Accessor>) -> Result<f32, Fault> {
         let accessor = self.accessor(index)?;
         let component = component(accessor, &|| format!("accessor {}", index.value()))?;
         Ok(if accessor.normalized { greatest(component) } else { 1.0 })
     }
 
-    /// Elements as indices: unsigned integers alone.
+    /// All elements as indices; only unsigned integers are accepted.
     pub(super) fn indices(&self, index: Index<Accessor>) -> Result<Vec<u32>, Fault> {
         let accessor = self.accessor(index)?;
         let name = || format!("accessor {} (indices)", index.value());
         let component = component(accessor, &name)?;
         let is_unsigned = matches!(component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
         if !is_unsigned || self.components(accessor, &name)? != 1 {
-            return Err(Fault::broken(format!("{} is of type {component:?}, not unsigned integers", name())));
+            return Err(Fault::broken(format!(
+                "{} has components of type {component:?}; indices must be scalar unsigned integers",
+                name()
+            )));
         }
         let mut values = match self.elements(accessor, &name)? {
             Some(elements) => (0..elements.count).map(|i| elements.unsigned(i)).collect(),
@@ -110,14 +118,14 @@ impl<'a> Accessors<'a> {
 
     fn accessor(&self, index: Index<Accessor>) -> Result<&'a Accessor, Fault> {
         self.root.accessors.get(index.value()).ok_or_else(|| {
-            Fault::broken(format!("accessor {} is named and {} exist", index.value(), self.root.accessors.len()))
+            Fault::broken(format!("accessor {} is referenced and {} exist", index.value(), self.root.accessors.len()))
         })
     }
 
     fn components(&self, accessor: &Accessor, name: &dyn Fn() -> String) -> Result<usize, Fault> {
         match &accessor.type_ {
             Checked::Valid(kind) => Ok(kind.multiplicity()),
-            Checked::Invalid => Err(Fault::broken(format!("{} has no known type", name()))),
+            Checked::Invalid => Err(Fault::broken(format!("{} has an unknown type", name()))),
         }
     }
 
@@ -129,11 +137,12 @@ impl<'a> Accessors<'a> {
         elements(view, offset, accessor.count.0, component(accessor, name)?, components, name).map(Some)
     }
 
-    /// Without data an accessor is all zeros, of any count: one that the file's size can not justify is refused.
+    /// An accessor without data is all zeros, of any count; a count larger than the size of the
+    /// file is refused.
     fn count_without_data(&self, accessor: &Accessor, name: &dyn Fn() -> String) -> Result<usize, Fault> {
         let count = accessor.count.0;
         if count > self.buffers.total_bytes() {
-            return Err(Fault::broken(format!("{} has no buffer view and counts {count} elements", name())));
+            return Err(Fault::broken(format!("{} declares {count} elements but has no buffer view", name())));
         }
         Ok(count as usize)
     }
@@ -166,7 +175,7 @@ impl<'a> Accessors<'a> {
 fn component(accessor: &Accessor, name: &dyn Fn() -> String) -> Result<ComponentType, Fault> {
     match &accessor.component_type {
         Checked::Valid(component) => Ok(component.0),
-        Checked::Invalid => Err(Fault::broken(format!("{} has no known component type", name()))),
+        Checked::Invalid => Err(Fault::broken(format!("{} has an unknown component type", name()))),
     }
 }
 
@@ -188,7 +197,7 @@ fn elements<'b>(
     let fits = bytes.filter(|bytes| needed.is_some_and(|needed| needed <= bytes.len() as u64));
     let bytes = fits.filter(|_| stride >= size).ok_or_else(|| {
         Fault::broken(format!(
-            "{}: {count} elements of {size} bytes every {stride} bytes from byte {offset} do not lie within its view of {} bytes",
+            "{}: {count} elements of {size} bytes every {stride} bytes from byte {offset} do not fit into its view of {} bytes",
             name(),
             view.bytes.len()
         ))
@@ -227,7 +236,7 @@ impl Elements<'_> {
     }
 }
 
-/// The integer that means 1 when normalised.
+/// The integer that represents 1 when normalised.
 fn greatest(component: ComponentType) -> f32 {
     match component {
         ComponentType::I8 => 127.0,

@@ -1,4 +1,4 @@
-//! Writes the plant: leaves in canonical form, wood, and the materials that they use.
+//! Builds the plant: leaves in canonical form, wood, and the materials in use.
 
 use super::{
     Finding, Group, ImportOptions, Imported,
@@ -19,14 +19,14 @@ use crate::{
 use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
 
-/// One leaf on its way into the plant, in canonical form.
+/// One leaf, in canonical form, before it is added to the plant.
 struct Leaf {
     vertices: Vec<Vertex>,
     indices: Vec<u32>,
     material: usize,
 }
 
-/// The plant in `source`.
+/// Builds the plant in `source`.
 pub(super) fn plant(source: Source, options: &ImportOptions) -> Result<Imported, Fault> {
     let pieces: Vec<Vec<Vec<u32>>> = source.meshes.iter().map(|mesh| pieces(&mesh.vertices, &mesh.indices)).collect();
     let judgements = foliage::judge(&source, &pieces, options.leaves.as_deref())?;
@@ -62,7 +62,9 @@ pub(super) fn plant(source: Source, options: &ImportOptions) -> Result<Imported,
     let mut warnings = source.warnings;
     if origin != DVec3::ZERO {
         let at = origin.to_array();
-        warnings.push(format!("the plant stands at {at:?}, too far away for its size: it is moved to the origin"));
+        warnings.push(format!(
+            "the plant was at {at:?}, too far from the origin for single precision, and has been moved to the origin"
+        ));
     }
     Ok(Imported { plant, origin: origin.to_array(), findings, warnings })
 }
@@ -86,7 +88,7 @@ fn push_leaves(
     Ok(())
 }
 
-/// Triangles without area are dropped as long as others remain.
+/// Builds a leaf. Triangles without area are dropped as long as others remain.
 fn leaf(mut triangles: Vec<[Vertex; 3]>, material: usize) -> Leaf {
     if triangles.iter().any(has_area) {
         triangles.retain(has_area);
@@ -106,7 +108,7 @@ fn check_finite(name: &str, triangles: &[[Vertex; 3]]) -> Result<(), Fault> {
     let mut corners = triangles.iter().flatten();
     match corners.find(|vertex| !Vec3::from(vertex.position).is_finite()) {
         None => Ok(()),
-        Some(vertex) => Err(Fault::broken(format!("node {name:?} carries a vertex to {:?}", vertex.position))),
+        Some(vertex) => Err(Fault::broken(format!("node {name:?} moves a vertex to {:?}", vertex.position))),
     }
 }
 
@@ -134,7 +136,8 @@ fn merge_crossed(leaves: Vec<Leaf>) -> Vec<Leaf> {
 }
 
 fn card(leaf: &Leaf) -> Card {
-    // Sorted by position in canonical form, so that equal ones are neighbours and the sum has one order.
+    // Vertices in canonical form are sorted by position, so equal positions are neighbours and the
+    // order of summation is fixed.
     let mut positions: Vec<[f32; 3]> = leaf.vertices.iter().map(|vertex| vertex.position).collect();
     positions.dedup();
     let positions: Vec<DVec3> = positions.into_iter().map(|position| Vec3::from(position).as_dvec3()).collect();
@@ -163,12 +166,12 @@ struct WoodBuilder {
     origin: DVec3,
     vertices: Vec<Vertex>,
     known: HashMap<[u32; 12], u32>,
-    /// Indices of each material, materials in the order of their first use.
+    /// Indices of each material, in the order in which materials are first used.
     parts: Vec<(usize, Vec<u32>)>,
 }
 
 impl WoodBuilder {
-    /// Appends the triangles that have an area, in file order.
+    /// Appends the triangles with a non-zero area, in file order.
     fn push(&mut self, source: &Source, part: &Part, pieces: &[&Vec<u32>]) -> Result<(), Fault> {
         let mesh = &source.meshes[part.mesh];
         let mut all: Vec<u32> = pieces.iter().copied().flatten().copied().collect();
@@ -214,7 +217,7 @@ impl WoodBuilder {
     }
 }
 
-/// Moves the materials and textures that leaves and wood use into the plant, in file order.
+/// Moves the materials and textures used by leaves and wood into the plant, in file order.
 fn keep_used_materials(plant: &mut Plant, materials: Vec<Material>, textures: Vec<crate::material::Texture>) {
     let leaves = plant.leaves.iter_mut().map(|leaf| &mut leaf.material);
     let parts = plant.wood.parts.iter_mut().map(|part| &mut part.material);
@@ -224,7 +227,7 @@ fn keep_used_materials(plant: &mut Plant, materials: Vec<Material>, textures: Ve
         keep_used(plant.materials.iter_mut().filter_map(|material| material.texture.as_mut()).collect(), textures);
 }
 
-/// The items that `users` name, in their old order; the users are renumbered.
+/// The items that `users` refer to, in their old order; the users are renumbered.
 fn keep_used<T>(users: Vec<&mut u32>, items: Vec<T>) -> Vec<T> {
     let mut new_index: BTreeMap<u32, u32> = users.iter().map(|user| (**user, 0)).collect();
     for (new, index) in new_index.values_mut().enumerate() {

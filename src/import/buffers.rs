@@ -4,16 +4,16 @@ use super::{fault::Fault, meshopt, uri};
 use ::gltf::json::{Index, Root, Value, buffer::View};
 use std::{borrow::Cow, collections::BTreeSet, path::Path};
 
-/// No sound compressed view grows more than this: a block of 16 zero deltas takes a quarter of a byte.
+/// Maximum expansion of a valid compressed view: 16 zero deltas take a quarter of a byte.
 const MAX_EXPANSION: u64 = 64;
-/// The extension that compresses views.
+/// Name of the extension that compresses views.
 const MESHOPT: &str = "EXT_meshopt_compression";
 
 /// The bytes behind a file's buffer views.
 pub(super) struct Buffers<'a> {
     root: &'a Root,
     buffers: Vec<Cow<'a, [u8]>>,
-    /// Decompressed content of the views that are compressed.
+    /// Decompressed content of each view, `None` for a view that is not compressed.
     decompressed: Vec<Option<Vec<u8>>>,
 }
 
@@ -21,23 +21,24 @@ pub(super) struct Buffers<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct ViewBytes<'a> {
     pub(super) bytes: &'a [u8],
-    /// Bytes from one element to the next, where the view says so; at most 255 for a sound file.
+    /// Bytes from one element to the next, if the view specifies it; at most 255 in a valid file.
     pub(super) stride: Option<usize>,
 }
 
 impl<'a> Buffers<'a> {
-    /// Loads every buffer and decompresses the views that are compressed.
+    /// Loads every buffer and decompresses the compressed views.
     pub(super) fn load(root: &'a Root, binary: Option<&'a [u8]>, path: &Path) -> Result<Self, Fault> {
         let mut buffers = Vec::with_capacity(root.buffers.len());
         let mut files = BTreeSet::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
             let bytes: Cow<'a, [u8]> = match (&buffer.uri, binary) {
                 (Some(uri), _) if !uri::is_data(uri) && !files.insert(uri::file_of(uri, path)) => {
-                    return Err(Fault::broken(format!("buffer {i} is the file of another buffer")));
+                    return Err(Fault::broken(format!("buffer {i} refers to the same file as another buffer")));
                 }
                 (Some(uri), _) => uri::read(uri, path)?.into(),
                 (None, Some(binary)) if i == 0 => binary.into(),
-                // A buffer without bytes is the fallback of compressed views; any other use is found out of range.
+                // A buffer without bytes is the fallback of compressed views; any other use fails
+                // as out of range.
                 (None, _) => Cow::Borrowed(&[]),
             };
             buffers.push(bytes);
@@ -47,7 +48,7 @@ impl<'a> Buffers<'a> {
         Ok(loaded)
     }
 
-    /// Bytes of all buffers as the file holds them.
+    /// Total size in bytes of all buffers as stored in the file.
     pub(super) fn total_bytes(&self) -> u64 {
         self.buffers.iter().map(|buffer| buffer.len() as u64).sum()
     }
@@ -56,7 +57,7 @@ impl<'a> Buffers<'a> {
     pub(super) fn view(&self, index: Index<View>) -> Result<ViewBytes<'_>, Fault> {
         let i = index.value();
         let view = self.root.buffer_views.get(i).ok_or_else(|| {
-            Fault::broken(format!("buffer view {i} is named and {} exist", self.root.buffer_views.len()))
+            Fault::broken(format!("buffer view {i} is referenced and {} exist", self.root.buffer_views.len()))
         })?;
         let stride = view.byte_stride.map(|stride| stride.0).filter(|&stride| stride != 0);
         if let Some(bytes) = &self.decompressed[i] {
@@ -74,7 +75,7 @@ impl<'a> Buffers<'a> {
         bytes.zip(range).and_then(|(bytes, range)| bytes.get(range)).ok_or_else(|| {
             let there = bytes.map_or(0, |bytes| bytes.len());
             Fault::broken(format!(
-                "buffer view {view} takes {length} bytes from byte {offset} of buffer {buffer}, which has {there}"
+                "buffer view {view} covers {length} bytes from byte {offset} of buffer {buffer}, which has {there}"
             ))
         })
     }
@@ -92,7 +93,8 @@ impl<'a> Buffers<'a> {
     fn decompress_view(&self, view: usize, extension: &Value, budget: &mut u64) -> Result<Vec<u8>, Fault> {
         let broken = |what: &str| Fault::broken(format!("buffer view {view}: {MESHOPT}: {what}"));
         let number = |key: &str| extension.get(key).and_then(Value::as_u64);
-        let required = |key: &str| number(key).ok_or_else(|| broken(&format!("{key} is missing or no whole number")));
+        let required =
+            |key: &str| number(key).ok_or_else(|| broken(&format!("{key} is missing or not a whole number")));
         let [buffer, length, count, stride] =
             [required("buffer")?, required("byteLength")?, required("count")?, required("byteStride")?];
         let encoded = self.slice(buffer, number("byteOffset").unwrap_or(0), length, view)?;

@@ -1,4 +1,4 @@
-//! The two shapes of a glTF file: JSON alone, or the binary container with its chunks.
+//! The two forms of a glTF file: JSON alone, or the binary container with its chunks.
 
 use super::fault::Fault;
 
@@ -9,18 +9,18 @@ const HEADER_BYTES: usize = 12;
 /// Bytes of a chunk header: length, type.
 const CHUNK_HEADER_BYTES: usize = 8;
 
-/// The JSON text and the binary chunk, if there is one.
+/// The JSON text and, if present, the binary chunk.
 pub(super) struct Container<'a> {
     pub(super) json: &'a [u8],
     pub(super) binary: Option<&'a [u8]>,
 }
 
-/// True for binary glTF, and for text that starts like JSON.
+/// Returns true for binary glTF, and for text that starts like JSON.
 pub(super) fn is_gltf(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC) || bytes.trim_ascii_start().starts_with(b"{")
 }
 
-/// Splits a file into JSON and binary chunk. Chunks of other types are passed over, as the format asks.
+/// Splits a file into JSON and binary chunk. The format requires other chunks to be skipped.
 pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
     if !bytes.starts_with(MAGIC) {
         let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -44,10 +44,10 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
     Ok(Container { json, binary: None })
 }
 
-/// A chunk's content and what follows it.
+/// Content of a chunk, and the bytes after it.
 type Split<'a> = (&'a [u8], &'a [u8]);
 
-/// The first chunk's content and what follows it, or `None` when it is of another type than `kind`.
+/// Content of the first chunk and the bytes after it, or `None` if its type is not `kind`.
 fn chunk<'a>(bytes: &'a [u8], kind: &[u8; 4]) -> Result<Option<Split<'a>>, Fault> {
     let length = word(bytes, 0)? as usize;
     let found = bytes.get(4..CHUNK_HEADER_BYTES).ok_or_else(|| truncated(CHUNK_HEADER_BYTES, bytes.len()))?;
@@ -65,13 +65,13 @@ fn word(bytes: &[u8], at: usize) -> Result<u32, Fault> {
 
 fn truncated(needed: usize, found: usize) -> Fault {
     Fault::Broken {
-        reason: format!("the file is cut short: {needed} bytes are declared and {found} are there"),
+        reason: format!("the file is truncated: {needed} bytes are declared and {found} are present"),
         fix: "copy or export it again",
     }
 }
 
 fn not_gltf() -> Fault {
-    Fault::Broken { reason: "this is neither glTF nor OBJ".to_owned(), fix: "give a .glb, .gltf or .obj file" }
+    Fault::Broken { reason: "the content is neither glTF nor OBJ".to_owned(), fix: "use a .glb, .gltf or .obj file" }
 }
 
 #[cfg(test)]

@@ -1,38 +1,40 @@
-//! Cards that cross at one centre become one leaf.
+//! Merges cards that cross at one centre into one leaf.
 //!
-//! Cards of one material cross when their centres lie within 5 % of the lesser one's size. In a dense crown that happens
-//! by chance too (to 10 pairs of a birch's 7,769 single cards), so two things must hold besides: at least half of the
-//! material's cards have such a partner, and the distance is at most twice that within which nearly all of them find
-//! theirs. A tool that crosses its cards exactly is so held to its own precision.
+//! Two cards of one material cross if their centres lie within 5 % of the smaller size. In a dense
+//! crown this also happens by chance (10 pairs among the 7,769 single cards of a birch), so two
+//! further conditions apply: at least half of the cards of the material have such a partner, and
+//! the distance is at most twice the distance within which nearly all of them find theirs. A tool
+//! that crosses its cards exactly is thus held to its own precision.
 
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 
-/// Centres closer than this fraction of the lesser card's size may be one.
+/// Maximum distance of the centres of crossing cards, as a fraction of the smaller size.
 const SAME_CENTER: f64 = 0.05;
-/// Centres closer than this are as good as one: rounding of positions.
+/// Centres closer than this fraction are considered equal, to allow for rounding of positions.
 const ROUNDING: f64 = 0.005;
-/// The part of a material's cards whose partners say how precisely its cards cross.
+/// Quantile of partner distances that measures how precisely the cards of a material cross.
 const NEARLY_ALL: f64 = 0.95;
-/// Cards that cross have about one size: the greater is at most this many times the lesser.
+/// Maximum size ratio of crossing cards.
 const SAME_SIZE: f64 = 2.0;
-/// The most cards of one leaf.
+/// Maximum number of cards per leaf.
 const MAX_CARDS: usize = 8;
-/// The most earlier cards that a card is compared with: keeps many cards at one point from taking quadratic time.
+/// Maximum number of earlier cards that a card is compared with: bounds the time for many cards at
+/// one point, which would be quadratic.
 const MAX_COMPARED: usize = 64;
 
-/// A piece as far as crossing goes.
+/// A piece, reduced to what the crossing test needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Card {
     /// Mean of its distinct positions.
     pub(super) center: DVec3,
     /// Twice the distance from its centre to the farthest position.
     pub(super) size: f64,
-    /// Only cards of one material cross.
+    /// Material index; only cards of one material cross.
     pub(super) material: u32,
 }
 
-/// For each card the number of its group; groups are numbered by their first cards. Cost: n log n.
+/// The group number of each card, in the order of the first cards. Cost: O(n log n).
 pub(super) fn groups(cards: &[Card]) -> Vec<usize> {
     let pairs = near_pairs(cards);
     let reach_of = reaches(cards, &pairs);
@@ -65,7 +67,7 @@ fn near_pairs(cards: &[Card]) -> Vec<(f64, [usize; 2])> {
     pairs
 }
 
-/// Distance of the centres of two cards that may cross, in sizes of the lesser; `None` where they can not.
+/// Distance between two centres, relative to the smaller size; `None` if the cards cannot cross.
 fn distance(a: &Card, b: &Card) -> Option<f64> {
     let [lesser, greater] = [a.size.min(b.size), a.size.max(b.size)];
     let distance = a.center.distance(b.center);
@@ -73,7 +75,8 @@ fn distance(a: &Card, b: &Card) -> Option<f64> {
     cross.then(|| if distance > 0.0 { distance / lesser } else { 0.0 })
 }
 
-/// For each material whose cards cross, the greatest distance of centres that are one. `pairs` are closest first.
+/// For each material whose cards cross, the maximum relative distance of centres that count as one.
+/// `pairs` is sorted by distance.
 fn reaches(cards: &[Card], pairs: &[(f64, [usize; 2])]) -> BTreeMap<u32, f64> {
     let mut nearest = vec![f64::INFINITY; cards.len()];
     for &(distance, pair) in pairs {
@@ -91,7 +94,7 @@ fn reaches(cards: &[Card], pairs: &[(f64, [usize; 2])]) -> BTreeMap<u32, f64> {
     nearest_of.into_iter().filter_map(|(material, nearest)| Some((material, reach(nearest)?))).collect()
 }
 
-/// Place in the grid of one level.
+/// Cell of the grid of one level.
 type Cell = ([i64; 3], i32);
 
 /// Cards of level `l` are between 2^(l-1) and 2^l in size.
@@ -99,17 +102,17 @@ fn level(card: &Card) -> i32 {
     libm::log2(card.size.max(f64::MIN_POSITIVE)).ceil() as i32
 }
 
-/// How far from a card's centre another of `level` may be that crosses it.
+/// Maximum distance from the centre of a card to that of a crossing card of `level`.
 fn reach(level: i32) -> f64 {
     libm::exp2(level.into()) * SAME_CENTER
 }
 
-/// Cells are twice as wide as the reach: what a card may cross lies in at most two along each axis.
+/// Cells are twice as wide as the reach: crossing cards lie in at most two along each axis.
 fn cell(point: DVec3, level: i32) -> Cell {
     (point.to_array().map(|value| (value / (2.0 * reach(level))).floor() as i64), level)
 }
 
-/// The cells in which a card that crosses `card` may be filed.
+/// The cells that may contain a card that crosses `card`.
 fn cells_about(card: &Card) -> impl Iterator<Item = Cell> + use<> {
     let own = level(card);
     let center = card.center;
@@ -121,7 +124,7 @@ fn cells_about(card: &Card) -> impl Iterator<Item = Cell> + use<> {
     })
 }
 
-/// Disjoint sets that know their sizes; the least member stands for its set.
+/// Disjoint sets (union-find) with sizes; the least member identifies its set.
 struct Clusters {
     parent: Vec<usize>,
     sizes: Vec<usize>,

@@ -4,8 +4,8 @@ use super::fault::Fault;
 use crate::plant::MAX_ELEMENTS;
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
-/// Greatest size of one decoded primitive: 48 bytes for each of 2^24 vertices, and 64 for each byte of its stream, but for
-/// small ones.
+/// Maximum size of one decoded primitive: 64 bytes per byte of its stream, but at least 16 MB and
+/// at most 48 bytes for each of 2^24 vertices.
 const MAX_DECODED_BYTES: u64 = 48 << 24;
 const MAX_EXPANSION: u64 = 64;
 const ALWAYS_BYTES: u64 = 16_000_000;
@@ -28,13 +28,13 @@ impl DracoMesh {
         Ok(Self(mesh))
     }
 
-    /// Three per triangle.
+    /// Three indices per triangle.
     pub(super) fn indices(&self) -> Vec<u32> {
         self.0.faces().iter().flat_map(|face| face.map(|corner| corner.0)).collect()
     }
 
-    /// The elements `picks` of the attribute with Draco's unique id `id`, divided by `divisor`; missing components are
-    /// taken from `absent`.
+    /// The elements with the indices `picks` of the attribute with the Draco unique id `id`,
+    /// divided by `divisor`; missing components are taken from `absent`.
     pub(super) fn floats<const N: usize>(
         &self,
         id: u64,
@@ -48,7 +48,7 @@ impl DracoMesh {
         let points = self.0.num_points();
         if let Some(&last) = picks.last().filter(|&&last| last as usize >= points) {
             return Err(Fault::broken(format!(
-                "KHR_draco_mesh_compression: index {last} is beyond its {points} points"
+                "KHR_draco_mesh_compression: index {last} is out of range for its {points} points"
             )));
         }
         let components = usize::from(attribute.num_components()).min(N);

@@ -1,4 +1,4 @@
-//! Which glTF extensions are read, which may be ignored, and what to do about the others.
+//! The glTF extensions that are read or can be ignored, and fixes for the others.
 
 use super::fault::Fault;
 
@@ -13,7 +13,7 @@ const READ: &[&str] = &[
     "EXT_mesh_gpu_instancing",
 ];
 
-/// Extensions that change nothing of what a plant keeps, even where a file requires them.
+/// Extensions that do not affect anything a plant stores, even if a file requires them.
 const HARMLESS: &[&str] = &[
     "KHR_animation_pointer",
     "KHR_lights_punctual",
@@ -24,17 +24,17 @@ const HARMLESS: &[&str] = &[
     "MSFT_lod",
 ];
 
-/// Prefix of the extensions that only change shading: the material without them is drawn instead.
+/// Prefix of the extensions that only change shading: the material is drawn without them.
 const SHADING: &str = "KHR_materials_";
 
-/// How to get rid of an extension, for those that a known tool undoes.
+/// Fixes for extensions that a known tool can convert.
 const FIXES: &[(&str, &str)] = &[
     ("KHR_texture_basisu", "convert the textures first: npx @gltf-transform/cli png in.glb out.glb"),
     ("EXT_texture_avif", "convert the textures first: npx @gltf-transform/cli png in.glb out.glb"),
     ("KHR_meshopt_compression", "decompress it first: npx @gltf-transform/cli copy in.glb out.glb"),
 ];
 
-/// Checks that everything a file requires is known.
+/// Checks that every extension required by a file is known.
 pub(super) fn check_required<'a>(required: impl IntoIterator<Item = &'a String>) -> Result<(), Fault> {
     let known = |name: &str| READ.contains(&name) || HARMLESS.contains(&name) || name.starts_with(SHADING);
     match required.into_iter().find(|name| !known(name)) {
@@ -43,7 +43,7 @@ pub(super) fn check_required<'a>(required: impl IntoIterator<Item = &'a String>)
     }
 }
 
-/// The refusal of the extension `name`.
+/// The error for the unsupported extension `name`.
 pub(super) fn unsupported(name: &str) -> Fault {
     let fix = FIXES.iter().find(|(known, _)| *known == name).map_or("export the plant without it", |(_, fix)| fix);
     Fault::Unsupported { feature: format!("the glTF extension {}", name.escape_debug()), fix: fix.to_owned() }

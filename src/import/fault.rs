@@ -1,33 +1,33 @@
-//! What goes wrong inside the importer, before the file's name is known to the message.
+//! Errors inside the importer, before the path of the file is added.
 
 use crate::Error;
 use std::path::{Path, PathBuf};
 
-/// An error that still lacks the path of the file it happened in.
+/// An error that does not yet contain the path of the file it occurred in.
 #[derive(Debug)]
 pub(super) enum Fault {
-    /// The content is damaged or breaks the format's rules.
+    /// The content is damaged or violates the rules of the format.
     Broken { reason: String, fix: &'static str },
-    /// The content needs something that is not read here.
+    /// The content needs a feature that is not supported.
     Unsupported { feature: String, fix: String },
-    /// A count beyond a documented limit.
+    /// A count above a documented limit.
     TooLarge { what: String, value: u64, limit: u64, fix: &'static str },
-    /// The user named foliage that the file does not have.
+    /// The user named foliage that the file does not contain.
     UnknownName { name: String, known: Vec<String> },
-    /// Another file, or this one, could not be read.
+    /// This file, or one that it refers to, could not be read.
     Io { path: PathBuf, source: std::io::Error },
 }
 
-/// The fix for content that only its exporter can put right.
+/// Suggested fix for errors that only the exporter can correct.
 const EXPORT_AGAIN: &str = "export it again and check it with a glTF validator";
 
 impl Fault {
-    /// Damaged content, to be exported again.
+    /// An error for damaged content, to be exported again.
     pub(super) fn broken(reason: impl Into<String>) -> Self {
         Self::Broken { reason: reason.into(), fix: EXPORT_AGAIN }
     }
 
-    /// The error for the file at `path`.
+    /// Converts to the error for the file at `path`.
     pub(super) fn at(self, path: &Path) -> Error {
         let path = path.to_path_buf();
         match self {
@@ -46,7 +46,7 @@ impl Fault {
     }
 }
 
-/// `Ok` when `value` is at most `limit`.
+/// Fails if `value` exceeds `limit`.
 pub(super) fn limit(what: &str, value: u64, limit: u64) -> Result<(), Fault> {
     let fix = "split the file or simplify it first";
     if value <= limit { Ok(()) } else { Err(Fault::TooLarge { what: what.to_owned(), value, limit, fix }) }

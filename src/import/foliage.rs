@@ -1,11 +1,13 @@
-//! Which parts of a file are foliage.
+//! Classifies the parts of a file as foliage or wood.
 //!
-//! Foliage is many small pieces, each a *sheet*: a surface with a rim, flat or bent, where a branch is a tube whose normals
-//! cancel out. Of materials that alpha cuts out a few sheets are enough (a fern has nine fronds); opaque ones must be
-//! many, alike in size and small. Names decide nothing. On the 22 files this was tuned on, the area-weighted sum of a
-//! leaf's normals was never shorter than 0.54 of its area and that of a branch never longer than 0.13.
+//! Foliage is many small pieces, each a *sheet*: a surface with a rim, flat or bent. A branch is a
+//! tube, whose normals cancel out. For alpha-cut materials a few sheets are enough (a fern has nine
+//! fronds); opaque sheets must be many, similar in size, and small. Names are ignored. In the 22
+//! files used for tuning, the area-weighted sum of normals was at least 0.54 of the area for every
+//! leaf and at most 0.13 for every branch.
 //!
-//! Limits: solid opaque leaves and needles modelled as tubes are taken for wood; name them to import them.
+//! Limits: solid opaque leaves and needles modelled as tubes are classified as wood; to import
+//! them, name their material, node or mesh in `leaves`.
 
 use super::{
     Verdict,
@@ -16,41 +18,43 @@ use crate::{bounds::Aabb, material::AlphaMode};
 use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A piece is a sheet when its normals sum up to more than this part of its area: half way, in ratio, between the
-/// extremes that were measured.
+/// A piece is a sheet if the sum of its normals exceeds this fraction of its area: the geometric
+/// mean of the two measured extremes.
 const SHEET: f64 = 0.27;
-/// The least part of a group's pieces that must be sheets.
+/// Minimum fraction of the pieces of a group that must be sheets.
 const MOST: f64 = 0.8;
-/// The fewest sheets that are foliage when alpha cuts them out.
+/// Minimum number of alpha-cut sheets in foliage.
 const FEW: usize = 4;
-/// The fewest sheets that are foliage when they are opaque, and the size below which parts of one material are judged
-/// together: some exporters give every leaf a node.
+/// Minimum number of opaque sheets in foliage. Parts with fewer pieces than this are judged
+/// together with the other small parts of their material, because some exporters give every leaf
+/// its own node.
 const MANY: usize = 16;
-/// The most triangles of a leaf: the longest fronds measured have 176.
+/// Maximum number of triangles of a leaf: the longest fronds measured have 176.
 const MAX_TRIANGLES: usize = 1024;
-/// Opaque sheets are alike: nine in ten are at most this many times as large as the tenth smallest.
+/// Maximum size ratio of opaque sheets: the 90th percentile over the 10th percentile.
 const ALIKE: f64 = 4.0;
-/// Opaque sheets are small: the median is at most this part of the plant's size.
+/// Maximum median size of opaque sheets, as a fraction of the size of the plant.
 const SMALL: f64 = 0.5;
 
-/// What a part was taken for.
+/// Classification of a part.
 #[derive(Debug, Clone)]
 pub(super) struct Judgement {
     pub(super) verdict: Verdict,
     pub(super) reason: String,
-    /// For each piece of the mesh: it is a leaf.
+    /// Whether each piece of the mesh is a leaf.
     pub(super) is_leaf: Vec<bool>,
 }
 
-/// A piece as far as judging it goes.
+/// Properties of a piece that its classification depends on.
 struct Shape {
     triangles: usize,
-    /// Diagonal of its box, as its first place scales it.
+    /// Diagonal of its bounding box, scaled as at the first place of the part.
     size: f64,
     is_sheet: bool,
 }
 
-/// Judges every part. `named` is the material, node or mesh that is foliage whatever its shape; only that is then.
+/// Classifies every part. If `named` is set, exactly the parts with this material, node or mesh
+/// name are foliage, whatever their shape.
 pub(super) fn judge(source: &Source, pieces: &[Vec<Vec<u32>>], named: Option<&str>) -> Result<Vec<Judgement>, Fault> {
     match named {
         Some(name) => judge_by_name(source, pieces, name),
@@ -102,11 +106,11 @@ fn judge_by_shape(source: &Source, pieces: &[Vec<Vec<u32>>]) -> Vec<Judgement> {
     judgements.into_iter().flatten().collect()
 }
 
-/// Notes the pieces of foliage that are none; a part that only has such is wood.
+/// Counts the pieces of foliage that are not leaves; a part with no other pieces is wood.
 fn with_exceptions(mut judgement: Judgement) -> Judgement {
     let exceptions = judgement.is_leaf.iter().filter(|is_leaf| !**is_leaf).count();
     if judgement.verdict == Verdict::Leaf && exceptions > 0 {
-        judgement.reason.push_str(&format!("; {exceptions} pieces that are no such sheets stay wood"));
+        judgement.reason.push_str(&format!("; pieces of another shape, which stay wood: {exceptions}"));
         if exceptions == judgement.is_leaf.len() {
             judgement.verdict = Verdict::Wood;
         }
@@ -142,12 +146,12 @@ fn judge_group<'a>(
     let [low, median, high] = [1, 5, 9].map(|tenth| sizes[(sizes.len() - 1) * tenth / 10]);
     let percent = 100.0 * median / plant_size;
     if is_opaque && high > low * ALIKE {
-        return (Verdict::Wood, format!("opaque, {likely} sheets that differ {:.1} times in size", high / low));
+        return (Verdict::Wood, format!("opaque, {likely} sheets whose sizes differ by a factor of {:.1}", high / low));
     }
     if is_opaque && median > plant_size * SMALL {
-        return (Verdict::Wood, format!("opaque, {likely} sheets of {percent:.0} % of the plant's size"));
+        return (Verdict::Wood, format!("opaque, {likely} sheets of {percent:.0} % of the size of the plant"));
     }
-    (Verdict::Leaf, format!("{kind}, {likely} sheets of {percent:.1} % of the plant's size"))
+    (Verdict::Leaf, format!("{kind}, {likely} sheets of {percent:.1} % of the size of the plant"))
 }
 
 fn shapes(source: &Source, part: &Part, pieces: &[Vec<u32>]) -> Vec<Shape> {
@@ -164,18 +168,20 @@ fn shape(mesh: &Mesh, piece: &[u32], scale: f64) -> Shape {
     Shape { triangles: piece.len(), size, is_sheet }
 }
 
-/// Length of the area-weighted sum of normals over the area: 1 for a plane, 0 for a closed surface, about 0 for a tube.
+/// Length of the area-weighted sum of normals over the area: 1 for a plane, 0 for a closed surface,
+/// about 0 for a tube.
 fn openness(triangles: &[[[f32; 3]; 3]]) -> f64 {
     let normals = triangles.iter().map(|corners| {
         let [a, b, c] = corners.map(|corner| Vec3::from(corner).as_dvec3());
         (b - a).cross(c - a)
     });
     let (sum, area) = normals.fold((DVec3::ZERO, 0.0), |(sum, area), normal| (sum + normal, area + normal.length()));
-    // A surface without area has no sides to be closed.
+    // A surface without area counts as open.
     if area > 0.0 { sum.length() / area } else { 1.0 }
 }
 
-/// One of every set of triangles on the same three corners: foliage is often doubled to be seen from both sides.
+/// Keeps one triangle of each set on the same three corners: foliage is often doubled to be visible
+/// from both sides.
 fn without_twins(triangles: &[[[f32; 3]; 3]]) -> Vec<[[f32; 3]; 3]> {
     let mut seen = BTreeSet::new();
     let is_first = |corners: &&[[f32; 3]; 3]| {
@@ -192,7 +198,7 @@ mod tests {
     use crate::{leaf::Vertex, material::Material};
     use glam::DAffine3;
 
-    /// `count` unit cards in a row, and a tube of four sides under them, in one mesh.
+    /// `count` unit cards in a row and, if `tube`, a four-sided tube below them, in one mesh.
     fn row(count: u16, alpha: AlphaMode, tube: bool) -> Source {
         let mut mesh = Mesh::default();
         let mut quad = |corners: [[f32; 3]; 4]| {
@@ -238,7 +244,7 @@ mod tests {
         let judgement = judge_row(&row(20, AlphaMode::Mask, true), None).unwrap();
         assert_eq!(judgement.verdict, Verdict::Leaf);
         assert_eq!(judgement.is_leaf.iter().position(|is_leaf| !is_leaf), Some(20));
-        assert!(judgement.reason.contains("1 pieces"), "{}", judgement.reason);
+        assert!(judgement.reason.contains("stay wood: 1"), "{}", judgement.reason);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! glTF and binary glTF to a [`Source`].
+//! Reads glTF and binary glTF into a [`Source`].
 
 use super::{
     accessor::Accessors,
@@ -26,23 +26,25 @@ use std::{
     rc::Rc,
 };
 
-/// Indices that one byte of a file may stand for: Draco needs about half a byte for a triangle, sharing buffers between
-/// primitives some more. Beyond it a small file would ask for much memory.
+/// Maximum number of indices per byte of a file: Draco needs about half a byte for a triangle, and
+/// primitives that share buffers need even less. The limit keeps a small file from using a lot of
+/// memory.
 const MAX_INDICES_PER_BYTE: u64 = 16;
 
-/// Bytes of JSON for each object in it, and how many any file may have: an object takes half a kilobyte once it is read, and
-/// those of honest files take some tens of bytes.
+/// Bytes of JSON required per object in it, and the number of objects that any file may have. A
+/// parsed object takes half a kilobyte of memory; in real files it takes tens of bytes of JSON.
 const BYTES_PER_OBJECT: u64 = 8;
 const ALWAYS_OBJECTS: u64 = 100_000;
 
-/// Reads a file's default scene.
+/// Reads the default scene of a file.
 pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source, Fault> {
     let container = container::split(bytes)?;
     let objects = container.json.iter().filter(|&&byte| byte == b'{').count() as u64;
     let most_objects = (container.json.len() as u64 / BYTES_PER_OBJECT).max(ALWAYS_OBJECTS);
     limit("the number of JSON objects for a file of its size", objects, most_objects)?;
-    let root = Root::from_slice(container.json)
-        .map_err(|error| Fault::broken(format!("its JSON is not glTF: {error}").replace(char::is_control, " ")))?;
+    let root = Root::from_slice(container.json).map_err(|error| {
+        Fault::broken(format!("its JSON is not valid glTF: {error}").replace(char::is_control, " "))
+    })?;
     extensions::check_required(&root.extensions_required)?;
     let buffers = Buffers::load(&root, container.binary, path)?;
     let accessors = Accessors::new(&root, &buffers);
@@ -94,33 +96,32 @@ pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source,
     })
 }
 
-/// Vertices, and three indices among them for each triangle.
+/// Vertices, and three indices into them per triangle.
 type Triangles = (Vec<Vertex>, Vec<u32>);
 
-/// Reads meshes once their buffers and materials are known.
+/// Reads meshes, given their buffers and materials.
 struct Reader<'a> {
     root: &'a Root,
     buffers: &'a Buffers<'a>,
     accessors: &'a Accessors<'a>,
     surfaces: &'a [Surface],
     budget: &'a Budget,
-    /// Indices so far, and the most for a file of its size.
+    /// Number of indices so far, and the maximum for a file of this size.
     indices: u64,
     most_indices: u64,
-    /// Bytes that Draco streams may still take. Each takes its own, unless views overlap.
+    /// Bytes that Draco streams may still cover: each covers its own, unless views overlap.
     draco_bytes_left: u64,
     warnings: Vec<String>,
 }
 
 impl<'a> Reader<'a> {
-    /// The triangles of one glTF mesh, a [`Mesh`] for each material: exporters cut one surface into several primitives
-    /// where 16-bit indices end.
+    /// The triangles of one glTF mesh, as one [`Mesh`] per material: exporters split a surface into
+    /// several primitives where 16-bit indices run out.
     fn meshes(&mut self, index: usize) -> Result<Vec<Mesh>, Fault> {
-        let source = self
-            .root
-            .meshes
-            .get(index)
-            .ok_or_else(|| Fault::broken(format!("mesh {index} is named and {} exist", self.root.meshes.len())))?;
+        let source =
+            self.root.meshes.get(index).ok_or_else(|| {
+                Fault::broken(format!("mesh {index} is referenced and {} exist", self.root.meshes.len()))
+            })?;
         let name = name(source.name.as_deref());
         let mut meshes: Vec<Mesh> = Vec::new();
         let mut has_others = false;
@@ -128,7 +129,7 @@ impl<'a> Reader<'a> {
             let material = primitive.material.map_or(self.surfaces.len() - 1, |material| material.value());
             if material >= self.surfaces.len() {
                 return Err(Fault::broken(format!(
-                    "material {material} is named and {} exist",
+                    "material {material} is referenced and {} exist",
                     self.root.materials.len()
                 )));
             }
@@ -150,22 +151,24 @@ impl<'a> Reader<'a> {
             mesh.indices.extend(indices.into_iter().map(|index| index + first));
         }
         if has_others {
-            self.warnings.push(format!("mesh {index} ({name:?}): points or lines are left out"));
+            self.warnings.push(format!("mesh {index} ({name:?}): points and lines are ignored"));
         }
         Ok(meshes)
     }
 
-    /// The vertices that a primitive names, and its triangles among them; `None` for points and lines.
+    /// The vertices that a primitive uses, and its triangles as indices into them; `None` for
+    /// points and lines.
     fn primitive(&mut self, primitive: &'a Primitive, surface: &Surface) -> Result<Option<Triangles>, Fault> {
         let Checked::Valid(mode) = primitive.mode else {
-            return Err(Fault::broken("a primitive has no known mode"));
+            return Err(Fault::broken("a primitive has an unknown mode"));
         };
         let attributes = self.attributes(primitive)?;
         let Some(positions) = attributes.index(&Semantic::Positions) else {
             return Err(Fault::broken("a primitive has no positions"));
         };
         let (mode, indices) = match (&attributes.draco, primitive.indices) {
-            // Draco has undone strips: whatever the primitive's mode, its faces are triangles.
+            // Draco has already expanded strips: whatever the mode of the primitive, its faces are
+            // triangles.
             (Some((draco, _)), _) => (Mode::Triangles, draco.indices()),
             (None, Some(indices)) => (mode, self.accessors.indices(indices)?),
             (None, None) => (mode, (0..self.accessors.count(positions)?.min(u32::MAX as usize) as u32).collect()),
@@ -190,12 +193,13 @@ impl<'a> Reader<'a> {
         let view = self.buffers.view(Index::new(view.ok_or_else(broken)?))?;
         let left = self.draco_bytes_left.checked_sub(view.bytes.len() as u64);
         self.draco_bytes_left =
-            left.ok_or_else(|| Fault::broken("KHR_draco_mesh_compression: streams are used more than once"))?;
+            left.ok_or_else(|| Fault::broken("KHR_draco_mesh_compression: a stream is used more than once"))?;
         Ok((DracoMesh::decode(view.bytes)?, extension.get("attributes").ok_or_else(broken)?))
     }
 }
 
-/// Numbers the indices anew by the vertices that they name; returns those, rising.
+/// Renumbers the indices so that only the vertices in use remain; returns their old numbers in
+/// ascending order.
 fn compact(indices: &mut [u32]) -> Vec<u32> {
     let mut picks = indices.to_vec();
     picks.sort_unstable();
@@ -206,11 +210,11 @@ fn compact(indices: &mut [u32]) -> Vec<u32> {
     picks
 }
 
-/// The vertex attributes of one primitive, wherever they are.
+/// The vertex attributes of one primitive, in accessors or in a Draco stream.
 struct Attributes<'a> {
     accessors: &'a Accessors<'a>,
     primitive: &'a Primitive,
-    /// Decoded stream, and the extension's map from attribute names to its ids.
+    /// Decoded stream, and the map of the extension from attribute names to its ids.
     draco: Option<(DracoMesh, &'a Value)>,
 }
 
@@ -256,8 +260,9 @@ impl Attributes<'_> {
         });
         let vertices = vertices.collect();
         if replaced > 0 {
-            warnings
-                .push(format!("{replaced} normals, texture coordinates or colours are not finite and were replaced"));
+            warnings.push(format!(
+                "{replaced} normals, texture coordinates or colours were not finite and have been replaced"
+            ));
         }
         Ok(vertices)
     }

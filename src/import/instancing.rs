@@ -1,17 +1,17 @@
-//! `EXT_mesh_gpu_instancing`: one node, many places.
+//! `EXT_mesh_gpu_instancing`: one node with many instances.
 
 use super::{
     accessor::Accessors,
     fault::{Fault, limit},
-    nodes::quaternion,
+    transform::{NO_ROTATION, affine},
 };
 use ::gltf::json::{Accessor, Index, Node, Value};
-use glam::{DAffine3, DQuat, DVec3};
+use glam::DAffine3;
 
-/// The extension's name.
+/// Name of the extension.
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Node from instance, one per instance, of which there are at most `most`; `None` for a node without the extension.
+/// Node from instance, one per instance, at most `most`; `None` for a node without the extension.
 pub(super) fn places(node: &Node, accessors: &Accessors, most: u64) -> Result<Option<Vec<DAffine3>>, Fault> {
     let Some(extension) = node.extensions.as_ref().and_then(|extensions| extensions.others.get(INSTANCING)) else {
         return Ok(None);
@@ -22,7 +22,7 @@ pub(super) fn places(node: &Node, accessors: &Accessors, most: u64) -> Result<Op
     let counts = counts.collect::<Result<Vec<_>, _>>()?;
     let count = counts.first().copied().unwrap_or(0);
     if counts.iter().any(|&other| other != count) {
-        return Err(Fault::broken(format!("{INSTANCING}: its attributes count {counts:?} elements")));
+        return Err(Fault::broken(format!("{INSTANCING}: its attributes have different element counts, {counts:?}")));
     }
     limit("the number of instances for a file of its size", count as u64, most)?;
     let all: Vec<u32> = (0..count as u32).collect();
@@ -31,18 +31,12 @@ pub(super) fn places(node: &Node, accessors: &Accessors, most: u64) -> Result<Op
         None => Ok(vec![[absent; 3]; count]),
     };
     let [translations, scales] = [vectors(translation, 0.0)?, vectors(scale, 1.0)?];
-    let rotations: Vec<DQuat> = match rotation {
-        Some(index) => {
-            accessors.floats::<4>(index, "instances", &all, 4..=4, [0.0; 4])?.into_iter().map(quaternion).collect()
-        }
-        None => vec![DQuat::IDENTITY; count],
+    let rotations = match rotation {
+        Some(index) => accessors.floats::<4>(index, "instances", &all, 4..=4, [0.0; 4])?,
+        None => vec![NO_ROTATION; count],
     };
-    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     let places = translations.into_iter().zip(rotations).zip(scales);
-    let places = places.map(|((translation, rotation), scale)| {
-        DAffine3::from_scale_rotation_translation(vector(scale), rotation, vector(translation))
-    });
-    Ok(Some(places.collect()))
+    Ok(Some(places.map(|((translation, rotation), scale)| affine(translation, rotation, scale)).collect()))
 }
 
 fn accessor_of(extension: &Value, name: &str) -> Result<Option<Index<Accessor>>, Fault> {
@@ -50,6 +44,6 @@ fn accessor_of(extension: &Value, name: &str) -> Result<Option<Index<Accessor>>,
         return Ok(None);
     };
     let index = value.as_u64().and_then(|index| u32::try_from(index).ok());
-    let broken = || Fault::broken(format!("{INSTANCING}: {name} is {value}, which is no accessor"));
+    let broken = || Fault::broken(format!("{INSTANCING}: {name} is {value}, which is not an accessor index"));
     index.map(Index::new).ok_or_else(broken).map(Some)
 }

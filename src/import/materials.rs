@@ -1,4 +1,4 @@
-//! glTF materials: the part of them that foliage needs, and how their textures are laid on.
+//! glTF materials: the properties that foliage needs, and how their textures are mapped.
 
 use super::{buffers::Buffers, fault::Fault, source::name, textures, uri};
 use crate::material::{AlphaMode, Material, Texture, Wrap};
@@ -12,7 +12,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A material and the texture coordinates it takes.
+/// A material and the texture coordinates it uses.
 #[derive(Debug, Default)]
 pub(super) struct Surface {
     pub(super) material: Material,
@@ -20,11 +20,11 @@ pub(super) struct Surface {
     pub(super) uv_set: u32,
     /// `KHR_texture_transform`, to be applied to the coordinates.
     pub(super) uv_transform: Option<UvTransform>,
-    /// The alpha mode that the file gives, also where the texture that it needs is missing.
+    /// The alpha mode that the file specifies, even if the texture it needs is missing.
     pub(super) stated_alpha: AlphaMode,
 }
 
-/// `uv * scale`, turned, then moved.
+/// `uv * scale`, rotated, then translated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct UvTransform {
     linear: Mat2,
@@ -34,19 +34,19 @@ pub(super) struct UvTransform {
 impl UvTransform {
     fn new(transform: &TextureTransform) -> Self {
         let (sin, cos) = libm::sincosf(transform.rotation.0);
-        // Counter-clockwise as seen, where v points down.
+        // Counter-clockwise as seen on the image, where v points down.
         let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
         let linear = rotation * Mat2::from_diagonal(Vec2::from(transform.scale.0));
         Self { linear, offset: Vec2::from(transform.offset.0) }
     }
 
-    /// The coordinates that the texture is read at.
+    /// The coordinates at which the texture is sampled.
     pub(super) fn apply(&self, uv: [f32; 2]) -> [f32; 2] {
         (self.linear * Vec2::from(uv) + self.offset).to_array()
     }
 }
 
-/// Where the bytes of an image are.
+/// Location of the bytes of an image.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum ImagePlace<'a> {
     View(usize),
@@ -55,19 +55,20 @@ enum ImagePlace<'a> {
     Nowhere,
 }
 
-/// Materials of one file while they are read.
+/// Materials of one file while they are being read.
 pub(super) struct Materials<'a> {
     root: &'a Root,
     buffers: &'a Buffers<'a>,
     path: &'a Path,
-    /// Texture of each image that was asked for, `None` where it can not be used, and of each place where one was.
+    /// Texture index of each image that was requested, `None` if it cannot be used; and the same by
+    /// the location of its bytes.
     images: BTreeMap<usize, Option<u32>>,
     places: BTreeMap<ImagePlace<'a>, Option<u32>>,
-    /// Bytes of buffers that images may still take. Each takes its own, unless views overlap.
+    /// Bytes of buffers that images may still cover: each covers its own, unless views overlap.
     bytes_left: u64,
-    /// Textures in the order in which materials name them.
+    /// Textures in the order in which materials refer to them.
     pub(super) textures: Vec<Texture>,
-    /// What was left out.
+    /// Anything that was ignored, one line each.
     pub(super) warnings: Vec<String>,
 }
 
@@ -86,7 +87,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// Every material of the file, then the default one.
+    /// Reads every material of the file; the default material comes last.
     pub(super) fn read(&mut self) -> Result<Vec<Surface>, Fault> {
         let root = self.root;
         let mut surfaces =
@@ -130,7 +131,7 @@ impl<'a> Materials<'a> {
         surface.uv_set = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord);
         surface.uv_transform = transform.map(UvTransform::new);
         let texture = root.textures.get(info.index.value()).ok_or_else(|| {
-            Fault::broken(format!("texture {} is named and {} exist", info.index.value(), root.textures.len()))
+            Fault::broken(format!("texture {} is referenced and {} exist", info.index.value(), root.textures.len()))
         })?;
         surface.material.wrap = self.wrap(texture);
         surface.material.texture = self.texture(texture);
@@ -150,7 +151,8 @@ impl<'a> Materials<'a> {
         sampler.map_or([Wrap::Repeat; 2], |sampler| [wrap(sampler.wrap_s), wrap(sampler.wrap_t)])
     }
 
-    /// The index of the decoded-and-found-good texture; a warning and `None` for one that can not be used.
+    /// The index of the texture, which has been decoded once as a check; a warning and `None` if it
+    /// cannot be used.
     fn texture(&mut self, texture: &json::Texture) -> Option<u32> {
         let webp = texture.extensions.as_ref().and_then(|extensions| extensions.others.get("EXT_texture_webp"));
         let webp = webp.and_then(|webp| webp.get("source")?.as_u64());
@@ -185,14 +187,14 @@ impl<'a> Materials<'a> {
                 Some(self.textures.len() as u32 - 1)
             }
             Err(reason) => {
-                self.warnings.push(format!("image {image} is left out, its materials are opaque: {reason}"));
+                self.warnings.push(format!("image {image} is ignored and its materials are opaque: {reason}"));
                 None
             }
         }
     }
 
     fn image(&mut self, index: usize) -> Result<Texture, String> {
-        let image = self.root.images.get(index).ok_or("the file has no such image in a format that is read here")?;
+        let image = self.root.images.get(index).ok_or("the file has no such image in a supported format")?;
         let given = image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:")));
         let name = &name(given);
         let text = |fault: Fault| fault.at(self.path).to_string();
@@ -209,7 +211,8 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// Base colour and its texture: of the metallic-roughness model, else of the older specular-glossiness extension.
+/// Base colour and its texture, from the metallic-roughness model or else from the older
+/// specular-glossiness extension.
 fn base(source: &json::Material) -> ([f32; 4], Option<&json::texture::Info>) {
     let pbr = &source.pbr_metallic_roughness;
     let extension = source.extensions.as_ref().and_then(|extensions| extensions.pbr_specular_glossiness.as_ref());

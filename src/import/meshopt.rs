@@ -1,9 +1,13 @@
-//! Decoder of `EXT_meshopt_compression`.
+//! Decoder for `EXT_meshopt_compression`.
 //!
-//! After the extension's specification (Khronos glTF repository, `EXT_meshopt_compression`, appendices A "Bitstream" and
-//! B "Filters"; Kapoulkine, 2021): vertex codec version 0, index codecs version 1, the three filters.
+//! Follows the specification of the extension (Khronos glTF repository, `EXT_meshopt_compression`,
+//! appendices A "Bitstream" and B "Filters"; Kapoulkine, 2021): vertex codec version 0, index
+//! codecs version 1, the three filters.
 //!
-//! Limits: version 1 of the vertex codec (`KHR_meshopt_compression`) is refused.
+//! The decoder is written in Rust here because the `meshopt` crate wraps the original C++ library,
+//! and the default build compiles no C++.
+//!
+//! Limits: version 1 of the vertex codec (`KHR_meshopt_compression`) is not supported.
 
 /// How a view is encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,7 +20,7 @@ pub(super) enum Mode {
     Indices,
 }
 
-/// What is undone after the attributes are decoded.
+/// Filter to undo after the attributes have been decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Filter {
     None,
@@ -26,7 +30,7 @@ pub(super) enum Filter {
 }
 
 impl Mode {
-    /// The mode that the extension names.
+    /// Parses the mode and filter names of the extension.
     pub(super) fn parse(mode: Option<&str>, filter: Option<&str>) -> Result<Self, String> {
         let filter = match filter {
             None | Some("NONE") => Filter::None,
@@ -46,7 +50,7 @@ impl Mode {
 
 type Decoded = Result<Vec<u8>, String>;
 
-/// The `count * stride` bytes that `encoded` stands for. The caller has bounded that product.
+/// Decodes `encoded` into `count * stride` bytes. The caller has bounded that product.
 pub(super) fn decode(encoded: &[u8], count: usize, stride: usize, mode: Mode) -> Decoded {
     match mode {
         Mode::Attributes(filter) => {
@@ -54,32 +58,34 @@ pub(super) fn decode(encoded: &[u8], count: usize, stride: usize, mode: Mode) ->
             undo_filter(&mut bytes, stride, filter)?;
             Ok(bytes)
         }
-        Mode::Triangles | Mode::Indices if stride != 2 && stride != 4 => Err(format!("indices of {stride} bytes")),
+        Mode::Triangles | Mode::Indices if stride != 2 && stride != 4 => {
+            Err(format!("indices cannot be {stride} bytes wide"))
+        }
         Mode::Triangles => Ok(pack(&decode_triangles(encoded, count)?, stride)),
         Mode::Indices => Ok(pack(&decode_indices(encoded, count)?, stride)),
     }
 }
 
-/// First byte of attributes, version 0.
+/// First byte of an attribute stream, version 0.
 const ATTRIBUTES_HEADER: u8 = 0xa0;
-/// First byte of triangles, version 1.
+/// First byte of a triangle stream, version 1.
 const TRIANGLES_HEADER: u8 = 0xe1;
 /// First byte of an index sequence, version 1.
 const INDICES_HEADER: u8 = 0xd1;
-/// Greatest number of elements in a block of attributes, and of bytes in it.
+/// Maximum number of elements in a block of attributes, and of bytes in it.
 const BLOCK_ELEMENTS: usize = 256;
 const BLOCK_BYTES: usize = 8192;
-/// Bytes of one column that share a width.
+/// Number of bytes of one column that share a bit width.
 const GROUP: usize = 16;
-/// The attribute stream ends with the first element, padded in front to this.
+/// The attribute stream ends with the first element, padded at the front to this many bytes.
 const MIN_TAIL: usize = 32;
 
-/// Takes bytes from the front.
+/// Reads bytes from the front of a slice.
 struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let (taken, rest) = self.0.split_at_checked(count).ok_or("the stream is cut short")?;
+        let (taken, rest) = self.0.split_at_checked(count).ok_or("the stream is truncated")?;
         self.0 = rest;
         Ok(taken)
     }
@@ -88,7 +94,7 @@ impl<'a> Reader<'a> {
         Ok(self.take(1)?[0])
     }
 
-    /// An unsigned number in groups of 7 bits, least first.
+    /// Unsigned integer in groups of 7 bits, least significant first.
     fn varint(&mut self) -> Result<u32, String> {
         let mut value = 0u32;
         for shift in (0..35).step_by(7) {
@@ -104,14 +110,16 @@ impl<'a> Reader<'a> {
 
 fn decode_attributes(encoded: &[u8], count: usize, stride: usize) -> Decoded {
     if stride == 0 || stride > 256 || !stride.is_multiple_of(4) {
-        return Err(format!("a stride of {stride} bytes"));
+        return Err(format!("unsupported stride of {stride} bytes"));
     }
-    let tail_start = encoded.len().checked_sub(stride.max(MIN_TAIL)).ok_or("the stream is cut short")?;
+    let tail_start = encoded.len().checked_sub(stride.max(MIN_TAIL)).ok_or("the stream is truncated")?;
     let mut last = encoded[encoded.len() - stride..].to_vec();
     let mut stream = Reader(&encoded[..tail_start]);
     match stream.byte()? {
         ATTRIBUTES_HEADER => {}
-        header => return Err(format!("attributes start with {header:#04x}, only {ATTRIBUTES_HEADER:#04x} is known")),
+        header => {
+            return Err(format!("attributes start with {header:#04x}; only {ATTRIBUTES_HEADER:#04x} is supported"));
+        }
     }
     let mut bytes = vec![0; count * stride];
     let block_elements = (BLOCK_BYTES / stride / GROUP * GROUP).min(BLOCK_ELEMENTS);
@@ -123,7 +131,7 @@ fn decode_attributes(encoded: &[u8], count: usize, stride: usize) -> Decoded {
     if stream.0.is_empty() { Ok(bytes) } else { Err(format!("{} bytes are left over", stream.0.len())) }
 }
 
-/// One byte column of a block: zigzag deltas to the element before, in groups of [`GROUP`].
+/// Decodes one byte column of a block: zigzag deltas to the previous element, per [`GROUP`].
 fn decode_column(
     stream: &mut Reader,
     block: &mut [u8],
@@ -145,7 +153,8 @@ fn decode_column(
     Ok(())
 }
 
-/// Sixteen deltas of 0, 2, 4 or 8 bits; the greatest value of 2 or 4 bits says that a whole byte follows the packed ones.
+/// Sixteen deltas of 0, 2, 4 or 8 bits each. The greatest value of 2 or 4 bits is an escape: the
+/// delta is a whole byte after the packed ones.
 fn decode_group(stream: &mut Reader, width: u8) -> Result<[u8; GROUP], String> {
     let mut deltas = [0; GROUP];
     let bits = match width {
@@ -174,7 +183,7 @@ fn unzigzag32(value: u32) -> u32 {
     (value >> 1) ^ (value & 1).wrapping_neg()
 }
 
-/// The sixteen newest of something, by age.
+/// Ring buffer of the sixteen most recent items, indexed by age.
 struct Fifo<T> {
     items: [T; 16],
     next: usize,
@@ -200,23 +209,25 @@ impl<T: Copy> Fifo<T> {
 struct Triangles<'a> {
     edges: Fifo<[u32; 2]>,
     vertices: Fifo<u32>,
-    /// The next index never seen.
+    /// The next index that has not occurred yet.
     next: u32,
-    /// The last index that was written in full.
+    /// The last index that was stored explicitly.
     last: u32,
     data: Reader<'a>,
 }
 
 fn decode_triangles(encoded: &[u8], count: usize) -> Result<Vec<u32>, String> {
-    /// Bytes of the table of frequent auxiliary codes at the end.
+    /// Size in bytes of the table of frequent auxiliary codes at the end.
     const TABLE: usize = 16;
     let triangles = count / 3;
     let mut stream = Reader(encoded);
     if !count.is_multiple_of(3) || stream.byte()? != TRIANGLES_HEADER {
-        return Err(format!("{count} indices, or an unknown version of triangles"));
+        return Err(format!(
+            "{count} indices are not whole triangles, or the version of the triangle codec is unknown"
+        ));
     }
     let codes = stream.take(triangles)?;
-    let data_length = stream.0.len().checked_sub(TABLE).ok_or("the stream is cut short")?;
+    let data_length = stream.0.len().checked_sub(TABLE).ok_or("the stream is truncated")?;
     let (data, table) = stream.0.split_at(data_length);
     let mut state = Triangles {
         edges: Fifo::new([u32::MAX; 2]),
@@ -247,7 +258,7 @@ impl Triangles<'_> {
         }
     }
 
-    /// A triangle on one of the sixteen newest edges.
+    /// Decodes a triangle on one of the sixteen most recent edges.
     fn on_known_edge(&mut self, code: u8) -> Result<[u32; 3], String> {
         let [a, b] = self.edges.get(usize::from(code >> 4));
         let low = code & 15;
@@ -266,11 +277,11 @@ impl Triangles<'_> {
         Ok([a, b, c])
     }
 
-    /// A triangle on no known edge: each corner new, recent (by age) or written in full.
+    /// Decodes a triangle on no known edge: each corner is new, recent (by age) or explicit.
     fn apart(&mut self, a_code: u8, auxiliary: u8) -> Result<[u32; 3], String> {
         let [b_code, c_code] = [auxiliary >> 4, auxiliary & 15];
         let mut corners = [0; 3];
-        // New and recent corners are resolved before the ones written in full.
+        // New and recent corners are resolved before the explicitly stored ones.
         for (corner, code) in corners.iter_mut().zip([a_code, b_code, c_code]) {
             *corner = match code {
                 0 => self.fresh(),
@@ -310,7 +321,7 @@ impl Triangles<'_> {
     }
 }
 
-/// How an index written in full follows from the last one.
+/// How an explicitly stored index follows from the last one.
 #[derive(Clone, Copy)]
 enum Step {
     Back,
@@ -319,14 +330,14 @@ enum Step {
 }
 
 fn decode_indices(encoded: &[u8], count: usize) -> Result<Vec<u32>, String> {
-    /// Zero bytes at the end.
+    /// Number of zero bytes at the end.
     const TAIL: usize = 4;
     let mut stream = Reader(encoded);
     if stream.byte()? != INDICES_HEADER {
-        return Err("an unknown version of indices".to_owned());
+        return Err("the version of the index codec is unknown".to_owned());
     }
     if stream.0.len() < count.saturating_add(TAIL) {
-        return Err("the stream is cut short".to_owned());
+        return Err("the stream is truncated".to_owned());
     }
     let mut last = [0u32; 2];
     let mut indices = Vec::with_capacity(count);
@@ -351,7 +362,7 @@ fn undo_filter(bytes: &mut [u8], stride: usize, filter: Filter) -> Result<(), St
         Filter::Exponential => stride.is_multiple_of(4),
     };
     if !fits {
-        return Err(format!("filter {filter:?} with a stride of {stride} bytes"));
+        return Err(format!("filter {filter:?} does not support a stride of {stride} bytes"));
     }
     match filter {
         Filter::None => {}
@@ -387,7 +398,7 @@ fn shorts(element: &[u8]) -> [i16; 4] {
     [0, 1, 2, 3].map(|i| i16::from_le_bytes([element[i * 2], element[i * 2 + 1]]))
 }
 
-/// The unit vector, times `one`, that an octahedral (x, y) with scale z stands for.
+/// Decodes an octahedral (x, y) with scale z into a unit vector, multiplied by `one`.
 fn octahedral([x, y, one_encoded, _]: [f32; 4], one: f32) -> [f32; 3] {
     let z = one_encoded - x.abs() - y.abs();
     let fold = z.min(0.0);
@@ -397,9 +408,9 @@ fn octahedral([x, y, one_encoded, _]: [f32; 4], one: f32) -> [f32; 3] {
     [x, y, z].map(|v| round_half_away(v * scale))
 }
 
-/// The quaternion of three components and the place of the fourth, the greatest.
+/// Decodes a quaternion from three components and the position of the fourth, the greatest.
 fn quaternion([x, y, z, scale]: [i16; 4]) -> [i16; 4] {
-    /// The three lesser components are at most this.
+    /// Upper bound on the three lesser components.
     const RANGE: f32 = std::f32::consts::FRAC_1_SQRT_2;
     let unit = RANGE / f32::from(scale | 3);
     let [x, y, z] = [x, y, z].map(|v| f32::from(v) * unit);
@@ -423,7 +434,8 @@ mod tests {
     /// 17 elements of 4 bytes, in two groups. Column 0 counts up by one, the others stay.
     fn counting() -> (Vec<u8>, Vec<u8>) {
         let mut encoded = vec![ATTRIBUTES_HEADER];
-        // Column 0: widths 1 (two bits) and 3 (eight bits). Zigzag of 1 is 2; the first delta is 0 to the tail's element.
+        // Column 0: widths 1 (two bits) and 3 (eight bits). Zigzag of 1 is 2; the first delta is 0
+        // to the tail's element.
         encoded.push(0b1101);
         encoded.extend([0b0010_1010, 0b1010_1010, 0b1010_1010, 0b1010_1010]);
         encoded.extend([2; GROUP]);
@@ -445,7 +457,8 @@ mod tests {
 
     #[test]
     fn two_triangles_of_a_strip_share_their_edge() {
-        // Both corners new (table entry 0 is 0), then a new vertex on the newest edge (a, c) of the first.
+        // Both corners new (table entry 0 is 0), then a new vertex on the newest edge (a, c) of the
+        // first.
         let mut encoded = vec![TRIANGLES_HEADER, 0xf0, 0x00];
         encoded.extend([0; 16]);
         let bytes = decode(&encoded, 6, 2, Mode::Triangles).unwrap();
@@ -454,7 +467,8 @@ mod tests {
 
     #[test]
     fn index_sequences_follow_two_baselines() {
-        // (value << 1 | baseline), value a zigzag delta: 10 and 12 on baseline 0, 3 on baseline 1, 11 on baseline 0.
+        // (value << 1 | baseline), value a zigzag delta: 10 and 12 on baseline 0, 3 on baseline 1,
+        // 11 on baseline 0.
         let encoded = [INDICES_HEADER, 40, 8, 13, 2, 0, 0, 0, 0];
         let bytes = decode(&encoded, 4, 4, Mode::Indices).unwrap();
         assert_eq!(bytes, [10, 12, 3, 11].map(|index: u32| index.to_le_bytes()).concat());

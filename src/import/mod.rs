@@ -1,13 +1,15 @@
 //! Import: a glTF or OBJ file becomes a [`Plant`], its foliage cut into leaves.
 //!
 //! ```text
-//! bytes -> gltf | obj -> Source (meshes, where they stand, materials) -> pieces -> foliage -> crossed -> Plant
+//! bytes -> gltf | obj -> Source (meshes, their places, materials)
+//!       -> pieces -> foliage -> crossed -> Plant
 //! ```
 //!
-//! A *piece* is what hangs together over shared edges once exactly equal positions are welded. `foliage` decides which
-//! meshes are leaves, `crossed` makes one leaf of cards that cross at one centre, `pivot` finds where a leaf is
-//! attached, `assemble` writes the plant in its canonical form. Nothing of a file is trusted before it is checked:
-//! counts against the bytes that back them, indices against their arrays, the node graph against cycles.
+//! A *piece* is a set of triangles connected over shared edges once vertices at exactly equal
+//! positions are welded. `foliage` decides which pieces are leaves, `crossed` merges cards that
+//! cross at one centre into one leaf, `pivot` finds where a leaf is attached, `assemble` writes the
+//! plant in its canonical form. Nothing in a file is trusted before it is checked: counts against
+//! the bytes that back them, indices against their arrays, the node graph against cycles.
 
 mod accessor;
 mod assemble;
@@ -30,6 +32,7 @@ mod pivot;
 mod source;
 mod textures;
 mod topology;
+mod transform;
 mod uri;
 
 use crate::{Error, Plant, Result};
@@ -37,24 +40,28 @@ use budget::Budget;
 use fault::Fault;
 use source::Source;
 use std::{fmt, path::Path};
+use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
-/// Greatest size of a file, or of one that it refers to: 4 GiB, glTF's own limit for a binary.
+/// Maximum size of a file, or of one that it refers to: 4 GiB, glTF's own limit for a binary.
 const MAX_FILE_BYTES: u64 = 1 << 32;
 
-/// How a file is cut into leaves.
+/// Options that control how a file is cut into leaves.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ImportOptions {
-    /// Name of the material, node or mesh that is foliage. `None` (default) guesses from alpha mode and shape.
+    /// Name of the material, node or mesh that is foliage. `None` (default) guesses from alpha mode
+    /// and shape.
     pub leaves: Option<String>,
-    /// What is one leaf.
+    /// Which pieces form one leaf.
     pub group: Group,
-    /// Megabytes that may be taken, told from the number of triangles before they are written: above that the file is
-    /// refused. `None` (default) takes what the machine has available, and no limit where that is unknown.
+    /// Memory limit in megabytes. Memory use is estimated from the number of triangles before they
+    /// are written; a file above the limit is refused. `None` (default) uses the available memory,
+    /// or no limit where that is unknown.
     pub max_memory_mb: Option<u64>,
 }
 
-/// What is one leaf.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Which pieces form one leaf.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Display, EnumMessage, EnumString, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Group {
     /// Cards that cross at one centre, within 5 % of their size, are one leaf.
     #[default]
@@ -63,10 +70,10 @@ pub enum Group {
     Piece,
 }
 
-/// What a part of the file was taken for.
+/// Classification of a part of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Every piece is a leaf.
+    /// Foliage: its pieces are leaves, except pieces that are not shaped like one.
     Leaf,
     /// Wood: drawn, never pruned.
     Wood,
@@ -81,20 +88,20 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// One part of the file, a mesh with one material, and what it was taken for.
+/// One part of the file, a mesh with one material, and its classification.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
     /// Name of the node, or of the mesh where the node has none; may be empty.
     pub name: String,
     /// Name of the material; may be empty.
     pub material: String,
-    /// Triangles, instances counted.
+    /// Number of triangles, including instances.
     pub triangles: usize,
-    /// Connected pieces, instances counted.
+    /// Number of connected pieces, including instances.
     pub pieces: usize,
-    /// What it was taken for.
+    /// Whether it is foliage or wood.
     pub verdict: Verdict,
-    /// Why, in a few words with the numbers that decided.
+    /// The reason, in a few words with the numbers that decided.
     pub reason: String,
 }
 
@@ -105,35 +112,38 @@ impl fmt::Display for Finding {
     }
 }
 
-/// A plant and how it was read.
+/// The imported plant, and how its file was interpreted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
-    /// The plant. Each leaf is in the canonical form of [`Plant::canonicalize`]; leaves lie in the order in which their
-    /// first triangles appear in the file.
+    /// The plant. Each leaf is in the canonical form of [`Plant::canonicalize`]; leaves are in the
+    /// order in which their first triangles appear in the file.
     pub plant: Plant,
-    /// Where the plant's origin is in the file: zero, unless the plant stands so far away (about 170 of its radii) that single
-    /// precision would round its leaves. Then it is the plant's middle, and was taken off every position.
+    /// Position of the plant's origin in the file: zero, unless the plant is so far from the file's
+    /// origin (about 170 of its radii) that single precision would round its leaves. In that case
+    /// it is the middle of the plant and has been subtracted from every position.
     pub origin: [f64; 3],
-    /// What each part was taken for and why.
+    /// Classification of each part, and the reason for it.
     pub findings: Vec<Finding>,
-    /// What was left out and does not matter for the cut into leaves: one line each, such as a missing texture.
+    /// Anything ignored that does not affect the cut into leaves, such as a missing texture: one
+    /// line each.
     pub warnings: Vec<String>,
 }
 
-/// Reads `path`: glTF (`.gltf`), binary glTF (`.glb`) or OBJ (`.obj`), told by content first, then by extension.
+/// Reads `path`: glTF (`.gltf`), binary glTF (`.glb`) or OBJ (`.obj`). The content decides the
+/// format, then the extension.
 ///
 /// # Errors
 /// [`Io`](Error::Io), [`Unreadable`](Error::Unreadable), [`Unsupported`](Error::Unsupported) or
-/// [`TooLarge`](Error::TooLarge) for the file, and [`NoLeaves`](Error::NoLeaves) when nothing in it can be taken for
-/// separable leaves.
+/// [`TooLarge`](Error::TooLarge) for the file; [`InvalidOption`](Error::InvalidOption) if nothing
+/// in it has the name `leaves`; [`NoLeaves`](Error::NoLeaves) if it contains no separable leaves.
 pub fn load(path: &Path, options: &ImportOptions) -> Result<Imported> {
     require_leaves(inspect(path, options)?, path)
 }
 
-/// As [`load`], but a plant without a leaf is no error: the findings tell why.
+/// As [`load`], but a plant without leaves is not an error: the findings give the reason.
 ///
 /// # Errors
-/// As [`load`], less `NoLeaves`.
+/// As [`load`], except `NoLeaves`.
 pub fn inspect(path: &Path, options: &ImportOptions) -> Result<Imported> {
     let bytes = uri::read_file(path).map_err(|fault| fault.at(path))?;
     let is_obj = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
@@ -145,7 +155,8 @@ pub fn inspect(path: &Path, options: &ImportOptions) -> Result<Imported> {
     )
 }
 
-/// Reads glTF or binary glTF from memory. `path` names it in messages; its folder is where other files are looked for.
+/// Reads glTF or binary glTF from memory. `path` names it in messages; files it refers to are
+/// looked up in the folder of `path`.
 ///
 /// # Errors
 /// As [`load`].
@@ -153,7 +164,8 @@ pub fn load_gltf_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Re
     require_leaves(finish(|budget| gltf::read(bytes, path, budget), path, options)?, path)
 }
 
-/// Reads OBJ from memory. `path` names it in messages; its folder is where materials and textures are looked for.
+/// Reads OBJ from memory. `path` names it in messages; materials and textures are looked up in the
+/// folder of `path`.
 ///
 /// # Errors
 /// As [`load`].
@@ -179,7 +191,7 @@ fn require_leaves(imported: Imported, path: &Path) -> Result<Imported> {
     }
     let reason = match imported.findings.iter().max_by_key(|finding| finding.pieces) {
         Some(finding) => format!(
-            "the most likely part, {:?} with material {:?}, is {}",
+            "the most likely part is {:?} with material {:?}: {}",
             finding.name, finding.material, finding.reason
         ),
         None => "the file has no triangles".to_owned(),

@@ -1,20 +1,21 @@
-//! The node graph of a glTF file: where each mesh stands.
+//! The node graph of a glTF file: where each mesh is placed.
 
 use super::{
     accessor::Accessors,
     fault::{Fault, limit},
     instancing,
     source::name,
+    transform::{NO_ROTATION, affine},
 };
 use ::gltf::json::{Node, Root};
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat4};
 use std::rc::Rc;
 
-/// Bytes of a file for each instance besides one a node: a place takes 12, which a few nodes may share. Beyond it a small
-/// file would ask for much memory.
+/// Bytes of a file required per instance, besides one instance per node: a translation takes 12
+/// bytes, which a few nodes may share. The limit keeps a small file from using a lot of memory.
 const BYTES_PER_INSTANCE: u64 = 2;
 
-/// One mesh as a node places it.
+/// A mesh as placed by a node.
 pub(super) struct PlacedMesh {
     /// Name of the node; may be empty.
     pub(super) name: String,
@@ -24,8 +25,8 @@ pub(super) struct PlacedMesh {
     pub(super) places: Rc<[DAffine3]>,
 }
 
-/// The meshes of the default scene, else of the first one, else of every root node: parents before children, children in
-/// order.
+/// The meshes of the default scene, else of the first scene, else of all root nodes. Parents come
+/// before children, and children are in order.
 pub(super) fn placed_meshes(root: &Root, accessors: &Accessors) -> Result<Vec<PlacedMesh>, Fault> {
     let most_instances = accessors.total_bytes() / BYTES_PER_INSTANCE + root.nodes.len() as u64;
     let parents = parents(root)?;
@@ -54,7 +55,7 @@ pub(super) fn placed_meshes(root: &Root, accessors: &Accessors) -> Result<Vec<Pl
     Ok(placed)
 }
 
-/// The parent of each node. A forest: a node with two parents, and a cycle, are refused.
+/// The parent of each node. Fails unless the graph is a forest: one parent each, no cycle.
 fn parents(root: &Root) -> Result<Vec<Option<usize>>, Fault> {
     let mut parents = vec![None; root.nodes.len()];
     for (parent, node) in root.nodes.iter().enumerate() {
@@ -66,7 +67,7 @@ fn parents(root: &Root) -> Result<Vec<Option<usize>>, Fault> {
             }
         }
     }
-    // Each node has at most one parent, so a walk up from any node ends at a root or has met a cycle.
+    // Each node has at most one parent, so a walk up from a node ends at a root or enters a cycle.
     let mut known_to_end = vec![false; parents.len()];
     for start in 0..parents.len() {
         let mut walked = Vec::new();
@@ -96,24 +97,13 @@ fn starts(root: &Root, parents: &[Option<usize>]) -> Result<Vec<usize>, Fault> {
 }
 
 fn missing_node(node: usize, root: &Root) -> Fault {
-    Fault::broken(format!("node {node} is named and {} exist", root.nodes.len()))
+    Fault::broken(format!("node {node} is referenced and {} exist", root.nodes.len()))
 }
 
 fn parent_from_node(node: &Node) -> DAffine3 {
     if let Some(matrix) = node.matrix {
         return DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from)));
     }
-    let vector = |v: Option<[f32; 3]>, absent| v.map_or(absent, |v| DVec3::from_array(v.map(f64::from)));
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, |rotation| quaternion(rotation.0));
-    DAffine3::from_scale_rotation_translation(
-        vector(node.scale, DVec3::ONE),
-        rotation,
-        vector(node.translation, DVec3::ZERO),
-    )
-}
-
-/// The rotation of (x, y, z, w), made a unit quaternion; none for one of length zero.
-pub(super) fn quaternion(xyzw: [f32; 4]) -> DQuat {
-    let quaternion = DQuat::from_array(xyzw.map(f64::from));
-    if quaternion.length_squared() > 0.0 { quaternion.normalize() } else { DQuat::IDENTITY }
+    let rotation = node.rotation.map_or(NO_ROTATION, |rotation| rotation.0);
+    affine(node.translation.unwrap_or([0.0; 3]), rotation, node.scale.unwrap_or([1.0; 3]))
 }

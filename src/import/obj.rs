@@ -1,4 +1,4 @@
-//! OBJ to a [`Source`].
+//! Reads OBJ into a [`Source`].
 
 use super::{
     budget::Budget,
@@ -19,10 +19,10 @@ use std::{
 };
 use tobj::{LoadError, LoadOptions};
 
-/// The fix for most of what is wrong with an OBJ.
-const FIX: &str = "export it again, with triangles";
+/// Suggested fix for most errors in an OBJ file.
+const FIX: &str = "export it again as triangles";
 
-/// How the file is taken apart: every face a triangle, every attribute with its own indices.
+/// Parser options: every face becomes triangles, and every attribute keeps its own indices.
 const OPTIONS: LoadOptions =
     LoadOptions { single_index: false, triangulate: true, ignore_points: true, ignore_lines: true };
 
@@ -55,15 +55,16 @@ pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source,
     Ok(source)
 }
 
-/// Keys of lines that give names, and the longest such line: tobj tells a name again for each group and material.
+/// Keys of lines that contain names, and the maximum length of such a line in bytes: tobj repeats a
+/// name for each group and material.
 const NAMING: [&str; 4] = ["o", "g", "usemtl", "newmtl"];
 const MAX_NAME_LINE: usize = 1024;
 
-/// Refuses what tobj does not bear: faces that count back beyond what there is, or name more than a plant may have, whose
-/// indices it multiplies past the end of all numbers; and very long names.
+/// Rejects input that tobj cannot handle: very long names, and faces with indices before the first
+/// element or above [`MAX_ELEMENTS`], which overflow when tobj multiplies them.
 fn check_lines(bytes: &[u8]) -> Result<(), Fault> {
     let text = str::from_utf8(bytes)
-        .map_err(|error| Fault::Broken { reason: format!("its content is no text: {error}"), fix: FIX })?;
+        .map_err(|error| Fault::Broken { reason: format!("its content is not UTF-8 text: {error}"), fix: FIX })?;
     let kinds = ["v", "vt", "vn"];
     let mut counts = [0_i64; 3];
     for (number, line) in text.lines().enumerate() {
@@ -73,7 +74,7 @@ fn check_lines(bytes: &[u8]) -> Result<(), Fault> {
             counts[kind] += 1;
         }
         if NAMING.contains(&key) && line.len() > MAX_NAME_LINE {
-            let reason = format!("line {} gives a name of {} bytes", number + 1, line.len());
+            let reason = format!("line {} has a name of {} bytes", number + 1, line.len());
             return Err(Fault::Broken { reason, fix: FIX });
         }
         if !["f", "l", "p"].contains(&key) {
@@ -82,7 +83,7 @@ fn check_lines(bytes: &[u8]) -> Result<(), Fault> {
         let indices = words.flat_map(|word| (0..).zip(word.split('/')).take(3));
         for (kind, index) in indices.filter_map(|(kind, index)| Some((kind, index.parse::<i64>().ok()?))) {
             if index < -counts[kind] || index > MAX_ELEMENTS as i64 {
-                let reason = format!("line {} names {} {index} of {}", number + 1, kinds[kind], counts[kind]);
+                let reason = format!("line {} refers to {} {index} of {}", number + 1, kinds[kind], counts[kind]);
                 return Err(Fault::Broken { reason, fix: FIX });
             }
         }
@@ -91,10 +92,10 @@ fn check_lines(bytes: &[u8]) -> Result<(), Fault> {
 }
 
 fn broken(error: LoadError) -> Fault {
-    Fault::Broken { reason: format!("its content is not OBJ: {error}"), fix: FIX }
+    Fault::Broken { reason: format!("its content is not valid OBJ: {error}"), fix: FIX }
 }
 
-/// A material library; one that is missing or damaged is left out with a warning.
+/// Reads a material library; one that is missing or damaged is ignored with a warning.
 fn library(name: &Path, path: &Path, warnings: &mut Vec<String>) -> tobj::MTLLoadResult {
     let bytes = uri::read(&name.to_string_lossy(), path).map_err(|fault| fault.at(path).to_string());
     let library = bytes.and_then(|bytes| {
@@ -103,13 +104,13 @@ fn library(name: &Path, path: &Path, warnings: &mut Vec<String>) -> tobj::MTLLoa
         tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| error.to_string())
     });
     library.or_else(|reason| {
-        warnings.push(format!("material library {name:?} is left out: {reason}"));
+        warnings.push(format!("material library {name:?} is ignored: {reason}"));
         Ok(Default::default())
     })
 }
 
-/// A material library whose every colour has three numbers, for tobj panics at fewer: one number is a grey, as the format
-/// has it, and a colour of none or two is left out.
+/// Rewrites a material library so that every colour has three numbers, because tobj panics on
+/// fewer. A single number is a grey, as the format defines; a colour with none or two is dropped.
 fn with_whole_colors(library: &str) -> String {
     let line = |line: &str| match line.split_whitespace().collect::<Vec<_>>()[..] {
         [key @ ("Ka" | "Kd" | "Ks" | "Ke"), grey] => format!("{key} {grey} {grey} {grey}\n"),
@@ -120,7 +121,7 @@ fn with_whole_colors(library: &str) -> String {
 }
 
 impl Source {
-    /// Appends the triangles of one object, group and material.
+    /// Appends the triangles of one combination of object, group and material.
     fn push(&mut self, model: &tobj::Model) -> Result<(), Fault> {
         let from = &model.mesh;
         let material = from.material_id.unwrap_or(self.materials.len() - 1).min(self.materials.len() - 1);
@@ -151,7 +152,7 @@ fn vertex(from: &tobj::Mesh, [position, normal, uv]: [u32; 3]) -> Result<Vertex,
     let normal = triple(&from.normals, normal).filter(finite).unwrap_or_default();
     let uv = from.texcoords.get(uv as usize * 2..).and_then(|rest| rest.first_chunk::<2>());
     let uv = uv.copied().filter(|uv| uv.iter().all(|value| value.is_finite())).unwrap_or_default();
-    // OBJ counts v from the last row of texels.
+    // In OBJ, v starts at the last row of texels.
     Ok(Vertex { position, normal, uv: [uv[0], 1.0 - uv[1]], color: [1.0; 4] })
 }
 
@@ -159,23 +160,24 @@ fn triple(values: &[f32], index: u32) -> Option<[f32; 3]> {
     values.get(index as usize * 3..)?.first_chunk::<3>().copied()
 }
 
-/// Materials of one file while they are read.
+/// Materials of one file while they are being read.
 struct Materials<'a> {
     path: &'a Path,
     textures: Vec<Texture>,
-    /// Texture of each file, `None` where it can not be used.
+    /// Texture index of each file, `None` if it cannot be used.
     known: BTreeMap<PathBuf, Option<u32>>,
     warnings: Vec<String>,
 }
 
 impl Materials<'_> {
-    /// The material and the alpha mode that it states. OBJ has no cutoff and no culling: half covered covers, both sides
-    /// are drawn. A constant dissolve is not read, exporters write 0 beside a texture.
+    /// The material, and the alpha mode that the file specifies. OBJ has no cutoff and no culling:
+    /// the cutoff is 0.5 and both sides are drawn. A constant dissolve is ignored because exporters
+    /// write 0 next to a texture.
     fn material(&mut self, from: &tobj::Material) -> (Material, AlphaMode) {
         let texture = from.diffuse_texture.as_deref().and_then(|name| self.texture(name));
         let has_holes = texture.is_some_and(|texture| textures::has_holes(&self.textures[texture as usize]));
         if from.dissolve_texture.is_some() && from.dissolve_texture != from.diffuse_texture {
-            self.warnings.push(format!("material {:?}: its map_d differs from its map_Kd and is left out", from.name));
+            self.warnings.push(format!("material {:?}: its map_d differs from its map_Kd and is ignored", from.name));
         }
         let states_alpha = has_holes || from.dissolve_texture.is_some();
         let [r, g, b] = from.diffuse.filter(|_| texture.is_none()).unwrap_or([1.0; 3]);
@@ -202,7 +204,7 @@ impl Materials<'_> {
                 Some(self.textures.len() as u32 - 1)
             }
             Err(reason) => {
-                self.warnings.push(format!("texture {name:?} is left out, its materials are opaque: {reason}"));
+                self.warnings.push(format!("texture {name:?} is ignored and its materials are opaque: {reason}"));
                 None
             }
         };

@@ -1,14 +1,17 @@
-//! Pieces: what hangs together over shared edges once exactly equal positions are one.
+//! Pieces: sets of triangles connected over shared edges once vertices at exactly equal positions
+//! are welded.
 //!
-//! Exporters cut vertices at seams of uv or normals, so components of the index list tell nothing; joining over a shared
-//! corner would merge leaves that merely touch. Coincident reversed twins share their edges and fall into one piece.
+//! Exporters split vertices at seams of uv or normals, so components of the index list are
+//! meaningless; joining over a shared corner would merge leaves that merely touch. Coincident
+//! triangles of opposite winding share their edges and fall into one piece.
 
 use crate::leaf::Vertex;
 use std::collections::HashMap;
 
-/// The triangles of each piece, rising; pieces in the order of their first triangles.
+/// The triangles of each piece, ascending; pieces are in the order of their first triangles.
 ///
-/// A triangle with two corners at one position has no extent: it joins nothing and belongs to no piece. Cost: linear.
+/// A triangle with two corners at the same position is degenerate: it joins nothing and belongs to
+/// no piece. Cost: linear.
 pub(super) fn pieces(vertices: &[Vertex], indices: &[u32]) -> Vec<Vec<u32>> {
     let welded = weld(vertices);
     let corners = |triangle: usize| [0, 1, 2].map(|i| welded[indices[triangle * 3 + i] as usize]);
@@ -35,14 +38,15 @@ pub(super) fn pieces(vertices: &[Vertex], indices: &[u32]) -> Vec<Vec<u32>> {
     pieces
 }
 
-/// For each vertex the first one at the same position; -0 and 0 are one.
+/// The first vertex at the position of each vertex; -0 equals 0.
 fn weld(vertices: &[Vertex]) -> Vec<u32> {
     let mut first_at: HashMap<[u32; 3], u32> = HashMap::with_capacity(vertices.len());
     let key = |vertex: &Vertex| vertex.position.map(|value| (value + 0.0).to_bits());
     vertices.iter().enumerate().map(|(i, vertex)| *first_at.entry(key(vertex)).or_insert(i as u32)).collect()
 }
 
-/// Disjoint sets; the least member names its set, so names do not depend on the order of joins.
+/// Disjoint sets (union-find). The least member identifies its set, so the result does not depend
+/// on the order of joins.
 struct Sets(Vec<u32>);
 
 impl Sets {
@@ -76,14 +80,14 @@ mod tests {
     #[test]
     fn a_seam_does_not_cut_and_a_shared_corner_does_not_join() {
         let at = vertices(&[
-            // Two triangles over one edge, each with vertices of its own; -0 is 0.
+            // Two triangles that share an edge, each with its own vertices; -0 equals 0.
             [0.0, 0.0, 0.0],
             [1.0, 0.0, 0.0],
             [0.0, 1.0, 0.0],
             [1.0, -0.0, 0.0],
             [0.0, 1.0, -0.0],
             [1.0, 1.0, 0.0],
-            // One more that touches at a corner.
+            // A third that touches at a corner.
             [1.0, 1.0, 0.0],
             [2.0, 1.0, 0.0],
             [2.0, 2.0, 0.0],

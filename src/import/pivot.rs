@@ -1,14 +1,15 @@
-//! Where a leaf is attached: the point that stays when it is scaled.
+//! The pivot of a leaf: the point where it is attached, which stays fixed when the leaf is scaled.
 //!
-//! The candidates are a leaf's positions and the middles of its edges. The one nearest to the wood is the pivot when it is
-//! near, within [`TOUCHES`] of the leaf's size, and the leaf's far end is clearly farther from the wood, by
-//! [`CLEARS`] of its size. Otherwise (no wood, a leaf in the air, a leaf that lies along a branch or goes through it) the
-//! mesh does not tell, and the pivot is the centroid of the leaf's surface.
+//! The candidates are the positions of a leaf and the midpoints of its edges. The candidate nearest
+//! to the wood is the pivot if it is close, within [`TOUCHES`] of the size of the leaf, and the far
+//! end of the leaf is clearly farther from the wood, by [`CLEARS`] of its size. Otherwise (no wood,
+//! a leaf in the air, a leaf that lies along a branch or passes through it) the mesh does not
+//! determine the attachment, and the pivot is the centroid of the surface of the leaf.
 //!
-//! Distances are exact: the wood's triangles lie in a bounding volume hierarchy (obvhs), whose nodes are walked here, nearer
-//! child first.
+//! Distances are exact: the triangles of the wood are in a bounding volume hierarchy (obvhs), which
+//! is traversed here, nearer child first.
 //!
-//! Limits: a triangle flatter than 1e-8 of its length may count as farther than it is.
+//! Limits: for a triangle flatter than 1e-8 of its length, the distance may be overestimated.
 
 use crate::leaf::Vertex;
 use glam::{DVec3, Vec3, Vec3A};
@@ -19,22 +20,22 @@ use obvhs::{
 };
 use std::time::Duration;
 
-/// Greatest distance of an attached point to the wood, in leaf sizes.
+/// Maximum distance of an attached point from the wood, in leaf sizes.
 const TOUCHES: f64 = 0.15;
-/// How much farther from the wood the far end must be, in leaf sizes.
+/// Minimum extra distance of the far end from the wood, in leaf sizes.
 const CLEARS: f64 = 0.25;
-/// The far end is the middle of the corners of at least this part of the greatest distance.
+/// The far end is the mean of the corners at a distance of at least this fraction of the greatest.
 const ALIKE: f64 = 1.0 - 1e-4;
 
-/// The wood's triangles.
+/// The triangles of the wood, in a bounding volume hierarchy.
 pub(super) struct WoodSurface {
     triangles: Vec<[Vec3; 3]>,
     bvh: Bvh2,
 }
 
 impl WoodSurface {
-    /// Files the triangles `wood`, of finite corners. Those on the same corners, which would make the hierarchy deep, count
-    /// once.
+    /// Builds the hierarchy of the triangles `wood`, whose corners are finite. Triangles on the
+    /// same three corners, which would make the hierarchy deep, are stored once.
     pub(super) fn new(wood: impl Iterator<Item = [Vec3; 3]>) -> Self {
         let key = |corner: &Vec3| corner.to_array().map(f32::to_bits);
         let mut triangles: Vec<[Vec3; 3]> = wood.collect();
@@ -47,7 +48,7 @@ impl WoodSurface {
         Self { triangles, bvh }
     }
 
-    /// Distance from `point` to the wood; infinite when that is farther than `bound`.
+    /// Distance from `point` to the wood; infinite if it is greater than `bound`.
     fn distance(&self, point: DVec3, bound: f64) -> f64 {
         let mut nearest = bound;
         let mut found = false;
@@ -78,13 +79,14 @@ impl WoodSurface {
     }
 }
 
-/// The point of a triangle nearest to `point`, by the region of its corners, edges or face in which that lies (Ericson,
-/// Real-Time Collision Detection, 2005, section 5.1.5).
+/// The point of a triangle nearest to `point`, found from the Voronoi region (corner, edge or face)
+/// that contains `point` (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
 fn closest(point: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
     let (ab, ac) = (b - a, c - a);
     let from = |corner: DVec3| [ab.dot(point - corner), ac.dot(point - corner)];
     let ([ab_a, ac_a], [ab_b, ac_b], [ab_c, ac_c]) = (from(a), from(b), from(c));
-    // Twice the areas over the edges bc, ca and ab, each times that of the triangle.
+    // Each is twice the signed area spanned by `point` and the edge bc, ca or ab, times twice the
+    // area of the triangle.
     let over_bc = ab_b * ac_c - ab_c * ac_b;
     let over_ca = ab_c * ac_a - ab_a * ac_c;
     let over_ab = ab_a * ac_b - ab_b * ac_a;
@@ -107,7 +109,7 @@ fn closest(point: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
     }
 }
 
-/// The pivot of a leaf in canonical form, of size `size` (its box's diagonal).
+/// The pivot of a leaf in canonical form; `size` is the diagonal of its bounding box.
 pub(super) fn pivot(vertices: &[Vertex], indices: &[u32], size: f64, wood: &WoodSurface) -> [f32; 3] {
     let point = if wood.triangles.is_empty() { None } else { attached(vertices, indices, size, wood) };
     point.unwrap_or_else(|| centroid(vertices, indices)).as_vec3().to_array()
@@ -128,7 +130,7 @@ fn attached(vertices: &[Vertex], indices: &[u32], size: f64, wood: &WoodSurface)
         }
     }
     let point = nearest?;
-    // Of a card that is attached in the middle of an edge two corners are equally far, but for rounding.
+    // If a card is attached at the middle of an edge, two corners are equally far, up to rounding.
     let farthest = corners.clone().map(|corner| corner.distance(point)).fold(0.0, f64::max);
     let far: Vec<DVec3> = corners.filter(|corner| corner.distance(point) >= farthest * ALIKE).collect();
     let far_end = far.iter().sum::<DVec3>() / far.len() as f64;
@@ -136,7 +138,7 @@ fn attached(vertices: &[Vertex], indices: &[u32], size: f64, wood: &WoodSurface)
     (wood.distance(far_end, clear) >= clear).then_some(point)
 }
 
-/// Centre of the surface; of the positions' box where the surface has no area.
+/// Centroid of the surface; the centre of the bounding box if the surface has no area.
 pub(super) fn centroid(vertices: &[Vertex], indices: &[u32]) -> DVec3 {
     let mut weighted = DVec3::ZERO;
     let mut weight = 0.0;
@@ -163,7 +165,7 @@ mod tests {
         (corners.map(vertex).to_vec(), vec![0, 1, 2, 0, 2, 3])
     }
 
-    /// A twig along z through (0, 0), as a thin strip.
+    /// A twig along z through x = y = 0, as a thin strip.
     fn twig() -> WoodSurface {
         let strip = [[-0.01, -9.0], [0.01, -9.0], [0.01, 9.0], [-0.01, 9.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
         let [a, b, c, d] = strip;
@@ -171,8 +173,9 @@ mod tests {
     }
 
     proptest::proptest! {
-        /// No point of many over a triangle is nearer than the closest one, and one of them is hardly farther. Whole numbers,
-        /// so that many triangles are lines or points.
+        /// No sampled point of a triangle is nearer than the closest point, and one of them is only
+        /// slightly farther. The coordinates are small integers, so many triangles degenerate to
+        /// lines or points.
         #[test]
         fn no_point_of_a_triangle_is_nearer_than_the_closest(at in proptest::array::uniform12(-3..4_i8)) {
             let [a, b, c, point] = [0, 3, 6, 9].map(|i| DVec3::new(at[i].into(), at[i + 1].into(), at[i + 2].into()));

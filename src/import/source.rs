@@ -1,4 +1,4 @@
-//! What a file holds, before anything in it is called leaf or wood.
+//! The content of a file before it is classified as leaves and wood.
 
 use crate::{
     bounds::Aabb,
@@ -8,27 +8,28 @@ use crate::{
 use glam::{BVec3, DAffine3, DMat3, DVec3, Vec3};
 use std::{path::Path, rc::Rc};
 
-/// The content of a file: meshes, where they stand, materials.
+/// The content of a file: meshes, their places, materials.
 #[derive(Debug, Default)]
 pub(super) struct Source {
     /// Name of the plant.
     pub(super) name: String,
-    /// Geometry, each in its own space.
+    /// Meshes, each in its own space.
     pub(super) meshes: Vec<Mesh>,
-    /// The meshes as they stand in the scene, in scene order.
+    /// The meshes as placed in the scene, in scene order.
     pub(super) parts: Vec<Part>,
-    /// Materials; every mesh's index exists.
+    /// Materials; the material index of every mesh is valid.
     pub(super) materials: Vec<Material>,
-    /// The alpha mode that the file gives each material, also where the texture it needs is missing.
+    /// The alpha mode that the file specifies for each material, even if the texture it needs is
+    /// missing.
     pub(super) stated_alpha: Vec<AlphaMode>,
-    /// Textures; every material's index exists.
+    /// Textures; the texture index of every material is valid.
     pub(super) textures: Vec<Texture>,
-    /// What was left out, one line each.
+    /// Anything that was ignored, one line each.
     pub(super) warnings: Vec<String>,
 }
 
 impl Source {
-    /// Least and greatest corner of a box around everything as it stands; `None` where there is nothing.
+    /// Corners of a bounding box around all placed meshes; `None` if there is nothing.
     pub(super) fn bounds(&self) -> Option<[DVec3; 2]> {
         let of_part = |part: &Part| {
             let mesh = Aabb::of_points(self.meshes[part.mesh].vertices.iter().map(|vertex| vertex.position));
@@ -40,8 +41,8 @@ impl Source {
         self.parts.iter().filter_map(of_part).reduce(around)
     }
 
-    /// What has to be taken off every position so that single precision keeps them to [`PRECISION`] of the plant's size: the
-    /// middle of a plant that stands far away, else nothing.
+    /// Offset to subtract from every position so that single precision keeps them to [`PRECISION`]
+    /// of the radius of the plant: the middle of a plant that is far away, otherwise zero.
     pub(super) fn origin(&self) -> DVec3 {
         let Some([min, max]) = self.bounds() else { return DVec3::ZERO };
         let middle = min.midpoint(max).as_vec3().as_dvec3();
@@ -51,23 +52,24 @@ impl Source {
     }
 }
 
-/// The box around two.
+/// The union of two boxes.
 fn around([min, max]: [DVec3; 2], [other_min, other_max]: [DVec3; 2]) -> [DVec3; 2] {
     [min.min(other_min), max.max(other_max)]
 }
 
-/// To how much of a plant's radius positions should be right. Farther from the origin than about 170 radii they would not be.
+/// Required precision of positions, as a fraction of the radius of the plant. Beyond about 170
+/// radii from the origin, single precision does not reach it.
 const PRECISION: f64 = 1e-5;
-/// Longest name in bytes. One name may be told many times over.
+/// Maximum length of a name in bytes. A name may be repeated many times.
 const MAX_NAME_BYTES: usize = 256;
 
-/// A name in a file, cut where it is too long.
+/// A name from a file, truncated if it is too long.
 pub(super) fn name(given: Option<&str>) -> String {
     let fits = |(start, letter): &(usize, char)| start + letter.len_utf8() <= MAX_NAME_BYTES;
     given.unwrap_or_default().char_indices().take_while(fits).map(|(_, letter)| letter).collect()
 }
 
-/// The name of the plant in the file at `path`.
+/// Name of the plant in the file at `path`.
 pub(super) fn name_of(path: &Path) -> String {
     name(path.file_stem().map(|stem| stem.to_string_lossy()).as_deref())
 }
@@ -79,32 +81,34 @@ pub(super) struct Mesh {
     pub(super) name: String,
     /// Index into [`Source::materials`].
     pub(super) material: usize,
-    /// Vertices; positions, uvs and colours are finite, normals are of any length, zero where the file gave none.
+    /// Vertices. Positions, uvs and colours are finite; normals are of any length, zero if the file
+    /// has none.
     pub(super) vertices: Vec<Vertex>,
     /// Three per triangle, each below the number of vertices.
     pub(super) indices: Vec<u32>,
 }
 
-/// One mesh at one or many places.
+/// One mesh at one or more places.
 #[derive(Debug)]
 pub(super) struct Part {
     /// Name of the node; may be empty.
     pub(super) name: String,
     /// Index into [`Source::meshes`].
     pub(super) mesh: usize,
-    /// Plant from mesh, at least one; all meshes of a node share them.
+    /// Transforms from the mesh to the scene, at least one; all meshes of a node share them.
     pub(super) places: Rc<[DAffine3]>,
 }
 
 impl Mesh {
-    /// The corners of triangle `triangle`.
+    /// The vertex indices of triangle `triangle`.
     pub(super) fn corners(&self, triangle: u32) -> [u32; 3] {
         let first = triangle as usize * 3;
         [self.indices[first], self.indices[first + 1], self.indices[first + 2]]
     }
 
-    /// The triangles `triangles` in the plant's space: one vertex per corner, the face's normal where there is none, and
-    /// the winding turned where the place mirrors.
+    /// The triangles with the indices `triangles` in the space of the plant. Each corner has a
+    /// vertex of its own; missing normals are replaced by the face normal, and the winding is
+    /// reversed where the place mirrors.
     pub(super) fn triangles_at(&self, triangles: &[u32], place: &Place) -> Vec<[Vertex; 3]> {
         triangles.iter().map(|&triangle| self.triangle_at(triangle, place)).collect()
     }
@@ -124,7 +128,7 @@ impl Mesh {
     }
 }
 
-/// A place of a mesh, ready to carry vertices into the plant's space.
+/// A place of a mesh, prepared to transform vertices into the space of the plant.
 pub(super) struct Place {
     plant_from_mesh: DAffine3,
     normals_from_mesh: DMat3,
@@ -133,11 +137,12 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// The place `source_from_mesh` of a plant whose origin is at `origin` of the source.
+    /// The place `source_from_mesh`, for a plant whose origin is at `origin` in the source.
     pub(super) fn new(source_from_mesh: &DAffine3, origin: DVec3) -> Self {
         let plant_from_mesh = DAffine3 { translation: source_from_mesh.translation - origin, ..*source_from_mesh };
         let linear = plant_from_mesh.matrix3;
-        // The cofactors turn normals as the inverse transpose does and exist for flat scales too.
+        // The cofactor matrix transforms normals as the inverse transpose does, and also exists for
+        // flat scales.
         let cofactors = DMat3::from_cols(
             linear.y_axis.cross(linear.z_axis),
             linear.z_axis.cross(linear.x_axis),
@@ -165,7 +170,7 @@ impl Place {
     }
 }
 
-/// Unit normal of a counter-clockwise triangle; up for one without area.
+/// Unit normal of a counter-clockwise triangle; +Y for one without area.
 fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     let [a, b, c] = [a, b, c].map(|corner| corner.as_dvec3());
     (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3()

@@ -1,8 +1,9 @@
-//! Images become textures: told apart by their first bytes, decoded once to be sure that they can be.
+//! Turns images into textures. The format is detected from the first bytes, and each image is
+//! decoded once to check that it is valid.
 
 use crate::material::{Texture, TextureFormat};
 
-/// The texture in `bytes`, or why it can not be used.
+/// The texture in `bytes`, or the reason why it cannot be used.
 pub(super) fn texture(name: &str, bytes: &[u8]) -> Result<Texture, String> {
     let format = format_of(bytes).ok_or("it is neither PNG, JPEG nor WebP")?;
     let texture = Texture { name: name.to_owned(), format, bytes: bytes.to_vec() };
@@ -10,13 +11,13 @@ pub(super) fn texture(name: &str, bytes: &[u8]) -> Result<Texture, String> {
     Ok(texture)
 }
 
-/// True when some texel of `texture` is less than half covered.
+/// Returns true if some texel of `texture` has an alpha below 128.
 pub(super) fn has_holes(texture: &Texture) -> bool {
     texture.format != TextureFormat::Jpeg
         && texture.decode().is_ok_and(|pixels| pixels.rgba.chunks_exact(4).any(|texel| texel[3] < 128))
 }
 
-/// Files name the wrong type often enough; the first bytes do not.
+/// Detects the format from the first bytes, because the type declared in a file is often wrong.
 fn format_of(bytes: &[u8]) -> Option<TextureFormat> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => Some(TextureFormat::Png),

@@ -1,9 +1,9 @@
-//! Strips and fans become triangle lists.
+//! Converts strips and fans to triangle lists.
 
 use ::gltf::json::mesh::Mode;
 
-/// Three indices per triangle, or `None` for points and lines. Left-over indices are dropped, as are triangles of a strip
-/// or fan that name one vertex twice: they only stitch.
+/// Three indices per triangle, or `None` for points and lines. Left-over indices are dropped, as
+/// are triangles of a strip or fan that use a vertex twice, which only stitch.
 pub(super) fn triangle_list(mode: Mode, mut indices: Vec<u32>) -> Option<Vec<u32>> {
     match mode {
         Mode::Triangles => {

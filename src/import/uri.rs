@@ -1,4 +1,4 @@
-//! Where a file's other bytes are: `data:` URIs and files beside it.
+//! Resolves the URIs of a file: `data:` URIs and files next to it.
 
 use super::{MAX_FILE_BYTES, fault::Fault, fault::limit};
 use data_url::DataUrl;
@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The bytes that `uri` names. `beside` is the file that holds the URI.
+/// Reads the bytes that `uri` refers to. `beside` is the file that contains the URI.
 pub(super) fn read(uri: &str, beside: &Path) -> Result<Vec<u8>, Fault> {
     if is_data(uri) {
         return decode_data(uri);
@@ -18,24 +18,24 @@ pub(super) fn read(uri: &str, beside: &Path) -> Result<Vec<u8>, Fault> {
         return Err(Fault::Unsupported { feature, fix: "download it and refer to it by a relative path".to_owned() });
     }
     if percent_decode_str(uri).decode_utf8_lossy().contains(char::is_control) {
-        return Err(Fault::broken(format!("control characters are in the file name {uri:?}")));
+        return Err(Fault::broken(format!("the file name {uri:?} contains control characters")));
     }
     read_file(&beside_path(uri, beside))
 }
 
-/// Whether `uri` holds its bytes itself.
+/// Returns true if `uri` is a `data:` URI, which contains its bytes.
 pub(super) fn is_data(uri: &str) -> bool {
     uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
 
-/// A whole regular file.
+/// Reads a whole regular file.
 pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, Fault> {
     let io = |source| Fault::Io { path: path.to_path_buf(), source };
     let metadata = fs::metadata(path).map_err(io)?;
     if !metadata.is_file() {
         return Err(io(io::Error::new(io::ErrorKind::InvalidInput, "is not a regular file; name one that is")));
     }
-    limit("the file's length in bytes", metadata.len(), MAX_FILE_BYTES)?;
+    limit("the file size in bytes", metadata.len(), MAX_FILE_BYTES)?;
     fs::read(path).map_err(io)
 }
 
@@ -45,13 +45,14 @@ fn decode_data(uri: &str) -> Result<Vec<u8>, Fault> {
     Ok(bytes)
 }
 
-/// The file that `uri` names, the same by whatever name.
+/// Canonical path of the file that `uri` refers to, so that two names of one file compare equal.
 pub(super) fn file_of(uri: &str, beside: &Path) -> PathBuf {
     let path = beside_path(uri, beside);
     fs::canonicalize(&path).unwrap_or(path)
 }
 
-/// The path that a relative URI means. Absolute ones of another machine (`C:/...`) fall back to the file's name.
+/// Resolves a relative URI. Absolute paths, such as `C:/...` of another machine, are reduced to
+/// their file name.
 fn beside_path(uri: &str, file: &Path) -> PathBuf {
     let decoded = percent_decode_str(uri).decode_utf8_lossy().replace('\\', "/");
     let folder = file.parent().unwrap_or(Path::new(""));
@@ -59,7 +60,7 @@ fn beside_path(uri: &str, file: &Path) -> PathBuf {
     if is_absolute {
         return folder.join(decoded.rsplit('/').next().unwrap_or_default());
     }
-    // A percent sign may also be meant literally.
+    // A percent sign may also be literal.
     [folder.join(&decoded), folder.join(uri)].into_iter().find(|path| path.exists()).unwrap_or(folder.join(decoded))
 }
 

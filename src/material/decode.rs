@@ -1,29 +1,32 @@
-//! From a texture's encoded bytes to its texels, within memory that those bytes account for.
+//! Texture decoding, with memory use bounded by the size of the encoded image.
 //!
-//! A few hundred bytes can encode 8192 x 8192 texels of one colour. What decoding would hold is told from the image's head
-//! and refused beyond [`bound`] before it is allocated. Within it is a PNG of 4096 x 4096 texels with 8 bits a channel
-//! from about 60 kilobytes on (one of a single colour) and any JPEG in one scan; a JPEG in several scans and a WebP from two
-//! megabytes on.
+//! A few hundred bytes can encode 8192 x 8192 texels of one colour. The memory needed for decoding
+//! is estimated from the image's header, and an image that exceeds [`bound`] is rejected before
+//! anything is allocated. At 4096 x 4096 texels and 8 bits per channel, the bound admits a PNG from
+//! about 60 kilobytes (the size of a single-colour one), any JPEG with a single scan, and a JPEG
+//! with several scans or a WebP from two megabytes.
 
 use super::{MAX_TEXTURE_SIDE, Pixels, Texture, TextureFormat};
 use crate::{Error, Result};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits};
 use std::io::Cursor;
 
-/// Bytes that decoding may hold for each encoded byte, and for any image.
+/// Bytes that decoding may allocate per encoded byte, and on top of that for any image.
 const BOUND: [u64; 2] = [64, 64 * MEGABYTE];
-/// Bytes that a decoder holds for any image. Measured: 160,000.
+/// Bytes that a decoder needs for any image. Measured: 160,000.
 const DECODER_BYTES: u64 = 400_000;
-/// Most bytes of what an image holds aside, such as a colour profile: they grow by doubling. The texels do not count.
+/// Maximum size of auxiliary data such as a colour profile, whose buffers grow by doubling. Texels
+/// are not included.
 const MAX_ASIDE_BYTES: u64 = 16 * MEGABYTE;
 /// Bytes in a megabyte.
 const MEGABYTE: u64 = 1_000_000;
-/// Bytes that the decoders hold for a texel beside what they give: of a JPEG in several scans the coefficients of up to four
-/// components, of a WebP luma, chroma, alpha and colour (measured).
+/// Bytes per texel that the decoders need on top of their output (measured): for a JPEG with
+/// several scans the coefficients of up to four components, for a WebP luma, chroma, alpha and
+/// colour.
 const SCANS_TEXEL_BYTES: u64 = 8;
 const WEBP_TEXEL_BYTES: u64 = 7;
-/// Second byte of the markers that start a progressive frame and a scan of a JPEG; the first is 0xff, which no other data
-/// of a scan holds before them.
+/// Second bytes of the JPEG markers that start a progressive frame and a scan. The first byte is
+/// 0xff, which never precedes these values in a scan's data.
 const PROGRESSIVE: u8 = 0xc2;
 const SCAN: u8 = 0xda;
 
@@ -31,11 +34,12 @@ impl Texture {
     /// Decodes the image.
     ///
     /// # Errors
-    /// [`Unreadable`](Error::Unreadable), with the texture's name as the path, when the bytes are damaged, and when the image
-    /// is larger than [`MAX_TEXTURE_SIDE`] on a side or takes more memory than 64 bytes for each of its own and 64 MB.
+    /// [`Unreadable`](Error::Unreadable), with the texture's name as the path, when the bytes are
+    /// damaged, when a side of the image exceeds [`MAX_TEXTURE_SIDE`], or when decoding needs more
+    /// than 64 MB plus 64 bytes per encoded byte.
     pub fn decode(&self) -> Result<Pixels> {
         let unreadable = |reason: String| {
-            let fix = "export the image again as PNG with 8 bits a channel, at most 8192 on a side";
+            let fix = "export the image again as PNG with 8 bits per channel, at most 8192 texels on a side";
             Error::unreadable(format!("texture {:?}", self.name), reason.replace('\n', " "), fix)
         };
         let failed = |error: image::ImageError| unreadable(error.to_string());
@@ -44,9 +48,9 @@ impl Texture {
         let bound = bound(self.bytes.len() as u64);
         if held > bound {
             let (width, height) = decoder.dimensions();
-            let sizes = format!("decodes to {width} x {height} texels in {} MB", held / MEGABYTE);
+            let sizes = format!("decoding to {width} x {height} texels needs {} MB", held / MEGABYTE);
             return Err(unreadable(format!(
-                "{sizes}, its {} bytes account for {}",
+                "{sizes}, but its {} bytes account for only {} MB",
                 self.bytes.len(),
                 bound / MEGABYTE
             )));
@@ -54,7 +58,7 @@ impl Texture {
         decoded(decoder).map_err(failed)
     }
 
-    /// Bytes that [`decoded`] holds at once.
+    /// Peak memory of [`decoded`] in bytes.
     fn held_bytes(&self, decoder: &impl ImageDecoder) -> u64 {
         let (width, height) = decoder.dimensions();
         let texels = u64::from(width) * u64::from(height);
@@ -67,7 +71,7 @@ impl Texture {
         DECODER_BYTES + texels * (4 + inner) + wide
     }
 
-    /// Whether a JPEG is kept until its last scan: a progressive one, or one of several scans.
+    /// Whether a JPEG must be buffered until its last scan: it is progressive or has several scans.
     fn has_scans(&self) -> bool {
         let markers = |second| self.bytes.windows(2).filter(move |pair| *pair == [0xff, second]).count();
         markers(PROGRESSIVE) > 0 || markers(SCAN) > 1
@@ -89,12 +93,12 @@ impl Texture {
     }
 }
 
-/// Bytes that decoding of `length` bytes may hold.
+/// Maximum memory, in bytes, for decoding an image of `length` bytes.
 fn bound(length: u64) -> u64 {
     BOUND[0] * length + BOUND[1]
 }
 
-/// Channels of 8 bits each; `None` for wider ones.
+/// Number of 8-bit channels; `None` if channels are wider.
 fn channels(color: ColorType) -> Option<usize> {
     match color {
         ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => Some(color.channel_count().into()),
@@ -114,7 +118,8 @@ fn decoded(decoder: impl ImageDecoder) -> image::ImageResult<Pixels> {
     Ok(Pixels { width, height, rgba })
 }
 
-/// Texels of `channels` bytes at the front of `rgba` become texels of four, from the last to the first.
+/// Expands the texels of `channels` bytes at the front of `rgba` to four bytes each, in place from
+/// last to first.
 fn spread(rgba: &mut [u8], channels: usize) {
     if channels == 4 {
         return;

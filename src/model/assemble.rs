@@ -1,45 +1,51 @@
-//! From the steps of a simplification to a model: leaves sorted into drawing order, targets renumbered with them.
+//! Builds a model from the steps of a simplification: sorts the leaves into drawing order and
+//! renumbers their targets to match.
 
 use super::{FoliageModel, Leaf, NO_LEAF, Recipe};
 use crate::{
     Error, Plant, Result,
     leaf::{LeafGeometry, Vertex},
+    plant::PlantOf,
 };
 
-/// One step of a simplification: which leaf was pruned and what its target became.
+/// One step of a simplification: the pruned leaf and the new scale of its target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prune {
     /// Index of the pruned leaf in the plant.
     pub leaf: u32,
     /// Index of its target in the plant.
     pub target: u32,
-    /// The target's linear scale from now on (equal to the one before where nothing was added).
+    /// The target's linear scale from this step on; the same as before if it was not enlarged.
     pub target_scale: f32,
     /// Error at which the leaf was pruned.
     pub error: f32,
 }
 
 impl FoliageModel {
-    /// The model of `plant` whose leaves were lost in the order of `prunes`: the first pruned is drawn last, the one leaf
-    /// that is left becomes leaf 0. Materials, textures and wood are the plant's.
+    /// Builds the model of `plant` from `prunes`, the steps in the order in which leaves were
+    /// pruned. The first leaf pruned is drawn last, and the one leaf that remains becomes leaf 0.
+    /// Materials, textures and wood are copied from the plant.
     ///
-    /// `prunes` holds one step for every leaf but one. O(plant).
+    /// `prunes` holds one step for every leaf except the one that remains. O(plant).
     ///
     /// # Errors
-    /// [`Error::InvalidModel`] when a leaf is pruned twice or not at all, when a target is gone before the leaf that
-    /// names it, and whenever [`validate`](FoliageModel::validate) refuses the result.
+    /// [`Error::InvalidModel`] if a leaf is pruned twice or not at all, if a target was pruned
+    /// before the leaf that names it, or if [`validate`](FoliageModel::validate) rejects the
+    /// result.
     pub fn assemble(plant: &Plant, prunes: &[Prune], recipe: Recipe) -> Result<Self> {
         let rank = drawing_rank(plant.leaves.len(), prunes)?;
         let mut model = Self {
-            name: plant.name.clone(),
+            plant: PlantOf {
+                name: plant.name.clone(),
+                vertices: Vec::with_capacity(plant.vertices.len()),
+                indices: Vec::with_capacity(plant.indices.len()),
+                leaves: Vec::with_capacity(plant.leaves.len()),
+                wood: plant.wood.clone(),
+                materials: plant.materials.clone(),
+                textures: plant.textures.clone(),
+            },
             recipe,
             max_scale: prunes.iter().map(|prune| prune.target_scale).fold(1.0, f32::max),
-            vertices: Vec::with_capacity(plant.vertices.len()),
-            indices: Vec::with_capacity(plant.indices.len()),
-            leaves: Vec::with_capacity(plant.leaves.len()),
-            wood: plant.wood.clone(),
-            materials: plant.materials.clone(),
-            textures: plant.textures.clone(),
         };
         if let Some(survivor) = rank.iter().position(|&rank| rank == 0) {
             model.push(plant, survivor, NO_LEAF, 1.0, 0.0);
@@ -55,15 +61,16 @@ impl FoliageModel {
     /// Appends leaf `source` of `plant` as the next one in drawing order.
     fn push(&mut self, plant: &Plant, source: usize, target: u32, scale: f32, error: f32) {
         let LeafGeometry { vertices: [from, to], pivot, material, .. } = plant.leaves[source];
-        let first_vertex = self.vertices.len() as u32;
-        let first_index = self.indices.len() as u32;
+        let model = &mut self.plant;
+        let first_vertex = model.vertices.len() as u32;
+        let first_index = model.indices.len() as u32;
         let vertices: &[Vertex] = plant.vertices.get(from as usize..to as usize).unwrap_or_default();
         let indices = plant.indices.get(plant.leaves[source].index_range()).unwrap_or_default();
-        self.vertices.extend_from_slice(vertices);
-        self.indices.extend(indices.iter().map(|index| index.wrapping_sub(from).wrapping_add(first_vertex)));
-        self.leaves.push(Leaf {
-            vertices: [first_vertex, self.vertices.len() as u32],
-            indices: [first_index, self.indices.len() as u32],
+        model.vertices.extend_from_slice(vertices);
+        model.indices.extend(indices.iter().map(|index| index.wrapping_sub(from).wrapping_add(first_vertex)));
+        model.leaves.push(Leaf {
+            vertices: [first_vertex, model.vertices.len() as u32],
+            indices: [first_index, model.indices.len() as u32],
             pivot,
             material,
             leaf_to_split: target,
@@ -74,7 +81,7 @@ impl FoliageModel {
     }
 }
 
-/// Index in drawing order of each leaf of the plant.
+/// Position of each leaf of the plant in drawing order.
 fn drawing_rank(leaves: usize, prunes: &[Prune]) -> Result<Vec<u32>> {
     if prunes.len() + 1 != leaves {
         return Err(broken(7, format!("{} prunes for {leaves} leaves", prunes.len())));

@@ -1,7 +1,7 @@
-//! The `.vds` file.
+//! The `.vds` file format.
 //!
-//! All numbers are little-endian. The head is read by hand, and everything it says is checked against the file's real
-//! length before anything is allocated:
+//! All numbers are little-endian. The header is parsed by hand, and every length in it is checked
+//! against the actual length of the file before any memory is allocated for it:
 //!
 //! | bytes | content |
 //! |---|---|
@@ -9,29 +9,31 @@
 //! | 8..12 | format version, 1 |
 //! | 12..16 | CRC-32 of everything that follows |
 //! | 16..56 | lengths of the five sections in bytes, 64 bits each |
-//! | 56.. | the sections, one after another |
+//! | 56.. | the sections, back to back |
 //!
-//! Sections: about (name, recipe, max_scale, materials), leaves, foliage (vertices, indices), wood, textures. Each is
-//! encoded by bincode with integers of fixed width, so that its length bounds what decoding it may allocate, and floats
-//! keep their bits: equal models give equal bytes.
+//! Sections: about (name, recipe, max_scale, materials), leaves, foliage (vertices, indices), wood,
+//! textures. Each is encoded by bincode with fixed-width integers, so the length of a section
+//! bounds the memory that decoding it may allocate. Floats keep their bits: equal models give equal
+//! bytes.
 //!
-//! Limits: files up to [`MAX_FILE_BYTES`]. Another version of the format is refused by its number.
+//! Limits: files of up to [`MAX_FILE_BYTES`]. Any other version of the format is rejected, and the
+//! error names it.
 
 use super::FoliageModel;
-use crate::{Error, Result, file};
+use crate::{Error, Result, file, plant::PlantOf};
 use serde::{Serialize, de::DeserializeOwned};
 use std::{io::Read, ops::Range, path::Path};
 
 /// First bytes of the file.
 pub const MAGIC: [u8; 8] = *b"VDSFOLI\0";
-/// Version of the format.
+/// Format version.
 pub const VERSION: u32 = 1;
-/// Longest file that is read: 4 million leaves of 4 vertices, the most a plant may have, take 1.1 GB. Below 4 GiB, so that
-/// every length fits a 32-bit `usize`.
+/// Maximum file size. A plant of 4 million leaves with 4 vertices each, the most allowed, takes
+/// 1.1 GB. Below 4 GiB, so that every length fits in a 32-bit `usize`.
 pub const MAX_FILE_BYTES: u64 = 3 << 30;
 
 const SECTIONS: [&str; 5] = ["about", "leaves", "foliage", "wood", "textures"];
-/// The checksum covers everything from here.
+/// The checksum covers the file from this offset to the end.
 const CHECKED_FROM: usize = 16;
 const HEAD_BYTES: usize = CHECKED_FROM + SECTIONS.len() * 8;
 
@@ -39,8 +41,9 @@ impl FoliageModel {
     /// Reads and validates the model at `path`.
     ///
     /// # Errors
-    /// [`Error::Io`] when the file cannot be read, [`Error::Unreadable`] when it is damaged or no model,
-    /// [`Error::TooLarge`] beyond [`MAX_FILE_BYTES`], [`Error::InvalidModel`] when it breaks an invariant.
+    /// [`Error::Io`] if the file cannot be read, [`Error::Unreadable`] if it is damaged or not a
+    /// model, [`Error::TooLarge`] if it exceeds [`MAX_FILE_BYTES`], [`Error::InvalidModel`] if the
+    /// model breaks an invariant.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let failed = |source| Error::io(path, source);
@@ -53,19 +56,20 @@ impl FoliageModel {
         decode(path, &bytes)
     }
 
-    /// Writes the model to `path`: the file is replaced whole or not at all.
+    /// Writes the model to `path`. The file is either replaced completely or left untouched.
     ///
     /// # Errors
-    /// [`Error::InvalidModel`] for a model that reading would refuse, [`Error::Io`] when writing fails.
+    /// As [`to_bytes`](Self::to_bytes), and [`Error::Io`] if writing fails.
+    #[cfg(feature = "write")]
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
         file::write_whole(path, &self.to_bytes()?)
     }
 
-    /// The content of the model's file. Equal models give equal bytes.
+    /// Encodes the model as the contents of a `.vds` file. Equal models give equal bytes.
     ///
     /// # Errors
-    /// [`Error::InvalidModel`] for a model that [`from_bytes`](Self::from_bytes) would refuse, [`Error::TooLarge`] beyond
-    /// [`MAX_FILE_BYTES`].
+    /// [`Error::InvalidModel`] for a model that [`from_bytes`](Self::from_bytes) would reject,
+    /// [`Error::TooLarge`] if the result exceeds [`MAX_FILE_BYTES`].
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         self.validate()?;
         let sections = [
@@ -85,23 +89,23 @@ impl FoliageModel {
         Ok(bytes)
     }
 
-    /// Reads and validates a model from the content of its file.
+    /// Decodes and validates a model from the contents of a `.vds` file.
     ///
     /// # Errors
-    /// As [`read`](Self::read), with `model` as the path.
+    /// As [`read`](Self::read), except for [`Error::Io`]; the path in the error is `model`.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         decode(Path::new("model"), bytes)
     }
 }
 
-/// What the head says, checked against the length of the file.
+/// The parsed header, checked against the length of the file.
 struct Head {
     crc: u32,
     sections: [Range<usize>; SECTIONS.len()],
 }
 
 impl Head {
-    /// Reads the head of a file of `length` bytes.
+    /// Parses the header of a file of `length` bytes.
     fn parse(path: &Path, bytes: &[u8], length: u64) -> Result<Self> {
         if !bytes.starts_with(&MAGIC) {
             return Err(Error::unreadable(path, "not a .vds model", "make one with `foliage-lod simplify`"));
@@ -142,10 +146,8 @@ fn decode(path: &Path, bytes: &[u8]) -> Result<FoliageModel> {
     let [about, leaves, foliage, wood, textures] = head.sections.map(|range| &bytes[range]);
     let (name, recipe, max_scale, materials) = decode_section(path, 0, about)?;
     let (vertices, indices) = decode_section(path, 2, foliage)?;
-    let model = FoliageModel {
+    let plant = PlantOf {
         name,
-        recipe,
-        max_scale,
         vertices,
         indices,
         leaves: decode_section(path, 1, leaves)?,
@@ -153,6 +155,7 @@ fn decode(path: &Path, bytes: &[u8]) -> Result<FoliageModel> {
         materials,
         textures: decode_section(path, 4, textures)?,
     };
+    let model = FoliageModel { plant, recipe, max_scale };
     model.validate()?;
     Ok(model)
 }
@@ -162,8 +165,9 @@ fn encode(value: &impl Serialize) -> Result<Vec<u8>> {
         .map_err(|error| Error::unreadable("model", error.to_string(), "report this model"))
 }
 
-/// Decodes one section, all of it. What it claims to hold is bounded by the section's length: by the least of the limits
-/// below that fits, since bincode takes its limit at compile time.
+/// Decodes one section, which must be consumed to its last byte. Allocation while decoding is
+/// bounded by the smallest of the limits below that fits the section; there are only a few because
+/// bincode takes its limit at compile time.
 fn decode_section<T: DeserializeOwned>(path: &Path, section: usize, bytes: &[u8]) -> Result<T> {
     const KIB: usize = 1 << 10;
     const MIB: usize = 1 << 20;
@@ -216,7 +220,7 @@ mod tests {
     use super::*;
     use crate::model::validate::samples;
 
-    /// `bytes` with a checksum that fits.
+    /// Returns `bytes` with its checksum recomputed.
     fn resealed(mut bytes: Vec<u8>) -> Vec<u8> {
         let crc = crc32fast::hash(&bytes[CHECKED_FROM..]);
         bytes[12..CHECKED_FROM].copy_from_slice(&crc.to_le_bytes());

@@ -1,38 +1,42 @@
-//! The model: leaves in drawing order, each with its swap record, and everything needed to draw them.
+//! The model: leaves in drawing order, each with its swap record, and everything needed to draw
+//! them.
 //!
-//! A model never changes once it is made: any number of plants on screen read one model, each at its own active count.
-//! [`assemble`](FoliageModel::assemble) makes it from the steps of a simplification, [`mod@format`] is its file, and
-//! [`timeline`] tells the drawn scale of any leaf at any active count without state.
+//! A model is immutable: any number of plants on screen share one model, each with its own active
+//! count. [`assemble`](FoliageModel::assemble) builds a model from the steps of a simplification,
+//! [`to_bytes`](FoliageModel::to_bytes) writes its file, and [`Timeline`] looks up the drawn scale
+//! of any leaf at any active count without keeping state.
 
 mod assemble;
-pub mod format;
-pub mod timeline;
+pub(crate) mod format;
+mod timeline;
 mod validate;
 
 pub use assemble::Prune;
+pub use format::{MAGIC, MAX_FILE_BYTES, VERSION};
 pub use timeline::{Timeline, Transition};
 
 use crate::{
     Plant,
     bounds::{Aabb, Sphere},
-    leaf::{LeafGeometry, Vertex},
-    material::{Material, Texture},
-    plant::Wood,
+    leaf::LeafGeometry,
+    plant::PlantOf,
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
 
-/// `leaf_to_split` and `leaf_to_collapse` of leaf 0, which has no target.
+/// Value of `leaf_to_split` and `leaf_to_collapse` for leaf 0, which has no target.
 pub const NO_LEAF: u32 = u32::MAX;
 
 /// One leaf of a model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Leaf {
-    /// First and one-past-last vertex.
+    /// Indices of the first and one-past-last vertex.
     pub vertices: [u32; 2],
-    /// First and one-past-last index; three per triangle, each an absolute vertex number.
+    /// Positions of the first and one-past-last index; three per triangle, each an absolute vertex
+    /// number.
     pub indices: [u32; 2],
-    /// The fixed point when the leaf is scaled.
+    /// Point that stays fixed when the leaf is scaled.
     pub pivot: [f32; 3],
     /// Index into the model's materials.
     pub material: u32,
@@ -40,91 +44,95 @@ pub struct Leaf {
     pub leaf_to_split: u32,
     /// The leaf whose scale is swapped when this leaf is removed; always equal to `leaf_to_split`.
     pub leaf_to_collapse: u32,
-    /// Swap slot: the linear scale that the target gets when this leaf is removed. 1 for leaf 0.
+    /// Swap slot: the target's linear scale once this leaf is removed. 1 for leaf 0.
     pub scale: f32,
-    /// Error at which this leaf was pruned: the criterion's own unit (VMI: bits, summed over the views). 0 for leaf 0.
+    /// Error at which this leaf was pruned, in the unit of the criterion (VMI: bits, summed over
+    /// the views). 0 for leaf 0.
     pub error: f32,
 }
 
 impl Leaf {
-    /// The leaf enlarged when this one is removed; `None` for leaf 0.
+    /// The leaf that is enlarged when this one is removed; `None` for leaf 0.
     pub fn target(&self) -> Option<usize> {
         (self.leaf_to_collapse != NO_LEAF).then_some(self.leaf_to_collapse as usize)
     }
 
-    /// The part that a leaf of a plant has too.
+    /// The fields that this leaf shares with a leaf of a plant.
     pub fn geometry(&self) -> LeafGeometry {
         LeafGeometry { vertices: self.vertices, indices: self.indices, pivot: self.pivot, material: self.material }
     }
 }
 
-/// How a model was made: enough to make it again.
+/// How a model was made, in enough detail to make it again.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Recipe {
-    /// Preset name the options started from.
+    /// Name of the preset that the options started from.
     pub preset: String,
-    /// Criterion name.
+    /// Name of the criterion.
     pub criterion: String,
     /// Name of the rule that enlarges targets.
     pub compensate: String,
-    /// Pixels on a side of each view.
+    /// Width and height of each view in pixels.
     pub resolution: u32,
     /// Number of views.
     pub views: u32,
-    /// The background took part as one more polygon.
+    /// Whether the background took part as an extra polygon.
     pub background: bool,
-    /// `cpu` or `gpu`: which rasteriser captured the fragments.
+    /// Rasteriser that captured the fragments: `cpu` or `gpu`.
     pub raster: String,
-    /// The adapter's name where the GPU path was used.
+    /// Name of the GPU adapter, if the GPU was used.
     pub adapter: Option<String>,
 }
 
-/// A plant with its leaves in the order in which they may be lost (last first): the content of a `.vds` file.
+/// A plant whose leaves are sorted so that the last one can be dropped first: the content of a
+/// `.vds` file.
 ///
-/// At active count `n` the prefix `0..n` is drawn. Every drawn scale is 1 at `n = N`; when `n` falls to `i`, the drawn
-/// scale of leaf `i`'s target becomes leaf `i`'s `scale`, and when `n` rises again it becomes what it was.
+/// At active count `n` the prefix `0..n` is drawn. Every drawn scale is 1 at `n = N`. When `n`
+/// falls to `i`, the drawn scale of leaf `i`'s target becomes leaf `i`'s `scale`; when `n` rises
+/// again, the previous scale is restored.
 ///
 /// Invariants, checked by [`FoliageModel::validate`]:
 ///
-/// 1. to 6. as for [`Plant`]: leaves lie one after another, here in drawing order; each has triangles that
-///    stay within its vertices; numbers are finite; materials and textures exist; wood parts cover the wood; counts
-///    stay within their limits.
+/// 1. to 6. as for [`Plant`]: leaves are contiguous, here in drawing order; each has triangles that
+///    stay within its vertices; numbers are finite; materials and textures exist; wood parts cover
+///    the wood; counts stay within their limits.
 /// 7. There is at least one leaf.
-/// 8. `leaf_to_split == leaf_to_collapse` for every leaf. Leaf 0 has [`NO_LEAF`], scale 1 and error 0.
-/// 9. The target of every other leaf comes before it in drawing order, so it is still drawn when the leaf goes.
-/// 10. Every scale is above 0, and the largest of them all (leaf 0's 1 included) is `max_scale`.
+/// 8. `leaf_to_split == leaf_to_collapse` for every leaf. Leaf 0 has [`NO_LEAF`], scale 1 and
+///    error 0.
+/// 9. The target of every other leaf precedes it in drawing order, so the target is still drawn
+///    when the leaf is removed.
+/// 10. Every scale is above 0, and the largest of them (leaf 0's 1 included) equals `max_scale`.
 /// 11. Every error is finite and at least 0.
-/// 12. The box around every leaf at every scale that it is drawn with, and around the wood, is finite.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+/// 12. The bounding box of the wood and of every leaf at each scale from 1 to its largest is
+///     finite.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct FoliageModel {
-    /// Name of the plant.
-    pub name: String,
-    /// How it was made.
+    /// The plant, its leaves in drawing order, each with its swap record. Its fields and methods
+    /// are reached through the model itself too.
+    pub plant: PlantOf<Leaf>,
+    /// How the model was made.
     pub recipe: Recipe,
-    /// Largest linear scale that any leaf is ever drawn with; at least 1.
+    /// Largest linear scale at which any leaf is drawn; at least 1.
     pub max_scale: f32,
-    /// Leaf vertices, leaf after leaf in drawing order.
-    pub vertices: Vec<Vertex>,
-    /// Leaf indices, leaf after leaf in drawing order, absolute.
-    pub indices: Vec<u32>,
-    /// The leaves in drawing order.
-    pub leaves: Vec<Leaf>,
-    /// Trunk and branches.
-    pub wood: Wood,
-    /// Materials of leaves and wood.
-    pub materials: Vec<Material>,
-    /// Textures of the materials.
-    pub textures: Vec<Texture>,
+}
+
+impl Deref for FoliageModel {
+    type Target = PlantOf<Leaf>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.plant
+    }
+}
+
+impl DerefMut for FoliageModel {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.plant
+    }
 }
 
 impl FoliageModel {
-    /// Triangles of all leaves.
-    pub fn leaf_triangles(&self) -> usize {
-        self.indices.len() / 3
-    }
-
-    /// The plant that the model was made of, its leaves in drawing order.
-    pub fn plant(&self) -> Plant {
+    /// Returns the plant that the model was made from, with its leaves in drawing order.
+    pub fn to_plant(&self) -> Plant {
         Plant {
             name: self.name.clone(),
             vertices: self.vertices.clone(),
@@ -136,29 +144,16 @@ impl FoliageModel {
         }
     }
 
-    /// Box around foliage and wood at full detail: the plant's own. O(vertices).
-    pub fn aabb(&self) -> Aabb {
-        Aabb::of_points(self.positions())
-    }
-
-    /// Sphere around foliage and wood at full detail: the plant's own, to which distances refer. O(vertices).
-    pub fn sphere(&self) -> Sphere {
-        Sphere::of_points(self.positions())
-    }
-
-    /// Box around the wood and every leaf at every scale that it is drawn with: what culling needs, whatever the active
-    /// count. O(vertices).
+    /// Bounding box of the wood and of every leaf at each scale from 1 to its largest: the box to
+    /// cull with, at any active count. O(vertices).
     pub fn enlarged_aabb(&self) -> Aabb {
         Aabb::of_points(self.reach())
     }
 
-    /// Sphere around the wood and every leaf at every scale that it is drawn with. O(vertices).
+    /// Bounding sphere of the wood and of every leaf at each scale from 1 to its largest.
+    /// O(vertices).
     pub fn enlarged_sphere(&self) -> Sphere {
         Sphere::of_points(self.reach())
-    }
-
-    fn positions(&self) -> impl Iterator<Item = [f32; 3]> + Clone {
-        self.vertices.iter().chain(&self.wood.vertices).map(|vertex| vertex.position)
     }
 
     /// Largest scale that each leaf is drawn with at any active count. O(leaves).
@@ -172,8 +167,8 @@ impl FoliageModel {
         largest
     }
 
-    /// Every vertex where it is and, for an enlarged leaf, where it gets at the leaf's largest scale. What lies between
-    /// the two is inside any convex shape around both.
+    /// Every vertex at scale 1 and, for leaves, also at the leaf's largest scale. Any convex shape
+    /// around both contains the vertex at all scales in between.
     fn reach(&self) -> impl Iterator<Item = [f32; 3]> + Clone {
         let scales = std::sync::Arc::new(self.largest_scales());
         let leaves = (0..self.leaves.len()).flat_map(move |i| {
@@ -185,7 +180,7 @@ impl FoliageModel {
     }
 }
 
-/// `position` moved away from `pivot` by the linear factor `scale`; the same bits at scale 1.
+/// Scales `position` about `pivot` by the linear factor `scale`; bit-identical at scale 1.
 pub fn scaled(position: [f32; 3], pivot: [f32; 3], scale: f32) -> [f32; 3] {
     if scale == 1.0 {
         return position;

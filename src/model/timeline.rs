@@ -1,18 +1,20 @@
 //! Timelines: the drawn scale of any leaf at any active count, looked up without state.
 //!
-//! When the active count falls to `i`, leaf `i` goes and its target gets leaf `i`'s scale. Events happen in the order of
-//! `i` and are undone in the opposite order, so at active count `n` exactly the events with `i >= n` hold, and of those
-//! that touch leaf `t` the last one to happen has the smallest `i`. There is one event a leaf, so all lists together are as
-//! long as the model, and a lookup is a binary search in a list that is short on average.
+//! When the active count falls to `i`, leaf `i` is removed and its target takes leaf `i`'s scale:
+//! an event. Events happen in descending order of `i` and are undone in ascending order, so at
+//! active count `n` exactly the events with `i >= n` are in effect, and the latest one to affect
+//! leaf `t` has the smallest `i`. Each leaf except leaf 0 has one event, so all lists together are
+//! about as long as the model, and a lookup is a binary search in a list that is short on average.
 //!
-//! Equal to walking there by swaps ([`extract::swap`](crate::extract::swap)), to the bit.
+//! The result is bit-identical to reaching the same count by swaps
+//! ([`extract::swap`](crate::extract::swap)).
 
 use super::FoliageModel;
 
-/// The events of every leaf, in flat arrays ready to be uploaded.
+/// The events of every leaf, in flat arrays ready for upload.
 ///
-/// Invariants: `starts` has one entry a leaf and one more; leaf `t` owns the events `starts[t]..starts[t + 1]` of `events`
-/// and `scales`; within them `events` rises.
+/// Invariants: `starts` has one more entry than there are leaves; leaf `t` owns the events
+/// `starts[t]..starts[t + 1]` of `events` and `scales`, where `events` is ascending.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Timeline {
     starts: Vec<u32>,
@@ -21,7 +23,7 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// The timelines of all leaves of a sound model. O(leaves).
+    /// Builds the timelines of all leaves of a valid model. O(leaves).
     pub fn new(model: &FoliageModel) -> Self {
         let count = model.leaves.len();
         let targets = || model.leaves.iter().enumerate().filter_map(|(i, leaf)| Some((i, leaf.target()?, leaf.scale)));
@@ -47,23 +49,24 @@ impl Timeline {
         self.starts.len().saturating_sub(1) as u32
     }
 
-    /// First event of each leaf, and at the end the number of events.
+    /// Position of each leaf's first event, followed by the total number of events.
     pub fn starts(&self) -> &[u32] {
         &self.starts
     }
 
-    /// Per event, the leaf that goes: rising within each leaf's events.
+    /// The leaf removed by each event, ascending among the events of one leaf.
     pub fn events(&self) -> &[u32] {
         &self.events
     }
 
-    /// Per event, the drawn scale of the event's owner once that leaf is gone.
+    /// The drawn scale of each event's owner once the event's leaf has been removed.
     pub fn scales(&self) -> &[f32] {
         &self.scales
     }
 
-    /// Drawn scale of `leaf` at active count `n`, whether or not the leaf is in the prefix: the scale of its event with the
-    /// smallest index `>= n`, or 1. 1 for a leaf that does not exist. O(log events of the leaf).
+    /// Drawn scale of `leaf` at active count `n`, whether or not the leaf is in the prefix: the
+    /// scale of its event with the smallest index `>= n`, or 1 if there is none. Returns 1 for a
+    /// leaf that does not exist. O(log events of the leaf).
     pub fn scale(&self, leaf: u32, n: u32) -> f32 {
         if leaf >= self.leaves() {
             return 1.0;
@@ -73,22 +76,24 @@ impl Timeline {
         if first < end { self.scales[first] } else { 1.0 }
     }
 
-    /// Drawn scale of `leaf` while leaves at the end of the prefix come and go: 0 for one that is not there yet.
+    /// Drawn scale of `leaf` while the leaves at the end of the prefix are in transition; 0 for a
+    /// leaf that is not drawn yet or does not exist.
     ///
-    /// Areas, not scales, change evenly: a leaf's own area with its [`presence`](Transition::presence), and its target's
-    /// from what it is without that leaf to what it is with it. At a whole count with a window of 1 the result has the bits
-    /// of [`Timeline::scale`]. O(log events of the leaf + those of them in the window).
+    /// Areas, not scales, change linearly: the leaf's own area with its
+    /// [`presence`](Transition::presence), and its target's area from its value without that leaf
+    /// to its value with it. At a whole count with a window of 1, a leaf in the prefix has exactly
+    /// the bits of [`Timeline::scale`]. O(log events of the leaf + its events within the window).
     pub fn scale_at(&self, leaf: u32, transition: &Transition) -> f32 {
         self.scale_of_share(leaf, transition, transition.presence(leaf))
     }
 
-    /// As [`scale_at`](Self::scale_at) for a leaf that has its size all the while it comes and goes, because something else
-    /// of it fades.
+    /// As [`scale_at`](Self::scale_at), but a leaf in transition has its full size throughout: for
+    /// effects that fade it by other means, such as its alpha.
     pub fn full_scale_at(&self, leaf: u32, transition: &Transition) -> f32 {
         self.scale_of_share(leaf, transition, if transition.presence(leaf) > 0.0 { 1.0 } else { 0.0 })
     }
 
-    /// The scale of a leaf of whose area `share` is there.
+    /// Scale of a leaf with the fraction `share` of its area present.
     fn scale_of_share(&self, leaf: u32, transition: &Transition, share: f32) -> f32 {
         if leaf >= self.leaves() || share == 0.0 {
             return 0.0;
@@ -109,16 +114,18 @@ impl Timeline {
     }
 }
 
-/// An active count with a fraction, and how many leaves at the end of the prefix come and go at once.
+/// A fractional active count, and the number of leaves at the end of the prefix that are in
+/// transition at once.
 ///
-/// With a window of 1 the leaf at the end grows from nothing while its target shrinks back, then the next. A window of `w`
-/// leaves spreads each of these changes over `w` times as many frames, with `w` leaves on their way at any time, so that a
-/// large leaf does not come faster than small ones: the largest change between two frames is smaller. The leaves' presences
-/// add up to the active count (for a window that is not whole, nearly).
+/// With a window of 1, the last leaf grows from nothing while its target shrinks back, then the
+/// next leaf follows. A window of `w` leaves spreads each of these changes over `w` times as many
+/// frames, with `w` leaves in transition at any time. A large leaf thus appears more gradually, and
+/// the largest change between two frames is smaller. The presences of all leaves add up to the
+/// active count (approximately, if the window is not a whole number or the presences are smooth).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
     n: u32,
-    /// 0 up to but not 1.
+    /// In `0.0..1.0`.
     fraction: f32,
     /// At least 1.
     window: f32,
@@ -126,12 +133,14 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// A window that suits plants of thousands of leaves: the largest change between two frames of a dolly was 0.9 of
-    /// what it is with a window of 1 (6,000 leaves at 128 x 128, four samples a pixel).
+    /// A window that suits plants with thousands of leaves: the largest change between two frames
+    /// of a dolly was 0.9 times that with a window of 1 (6,000 leaves at 128 x 128, four samples
+    /// per pixel).
     pub const SMOOTH_WINDOW: f32 = 128.0;
 
-    /// The active count `active` of `leaves`, clamped to 0 and `leaves` (NaN counts as 0), with `window` leaves on their way:
-    /// at least 1, and fewer close to both ends, where no room is left.
+    /// Creates a transition at the active count `active` out of `leaves`, clamped to `0..=leaves`
+    /// (NaN counts as 0), with `window` leaves in transition: at least 1, and fewer near either
+    /// end, where there is no room for more.
     pub fn new(active: f64, window: f32, leaves: u32) -> Self {
         let active = active.max(0.0).min(f64::from(leaves));
         let n = active.floor();
@@ -140,35 +149,37 @@ impl Transition {
             .normal()
     }
 
-    /// The same with presences that leave 1 and reach 0 without a kink (smoothstep) instead of in a straight line.
+    /// Returns the same transition with presences that follow a smoothstep curve, without a kink at
+    /// 0 and 1, instead of a straight line.
     pub fn smooth(self) -> Self {
         Self { is_smooth: true, ..self }
     }
 
-    /// Rounding to `f32` may have filled the fraction up.
+    /// Carries into the count a fraction that rounding to `f32` has raised to 1.
     fn normal(self) -> Self {
         if self.fraction < 1.0 { self } else { Self { n: self.n + 1, fraction: 0.0, ..self } }
     }
 
-    /// Whole leaves of the count, its fraction, and the window.
+    /// The whole part of the count, its fraction, and the window.
     pub fn parts(&self) -> (u32, f32, f32) {
         (self.n, self.fraction, self.window)
     }
 
-    /// How much of `leaf` is there, by area: 1 for all leaves before the window, 0 for those after it.
+    /// Fraction of the area of `leaf` that is present: 1 for all leaves before the window, 0 for
+    /// all leaves after it.
     pub fn presence(&self, leaf: u32) -> f32 {
         let behind = (i64::from(leaf) - i64::from(self.n)) as f32;
         let t = ((self.fraction - behind - 0.5) / self.window + 0.5).clamp(0.0, 1.0);
         if self.is_smooth { t * t * (3.0 - 2.0 * t) } else { t }
     }
 
-    /// The first leaf that may not be wholly there.
+    /// Index of the first leaf that may be only partially present.
     pub fn first_partial(&self) -> u32 {
         let behind = (self.fraction - 0.5 - 0.5 * self.window).floor() as i64 + 1;
         (i64::from(self.n) + behind).max(0) as u32
     }
 
-    /// Leaves to draw: those after it are not there at all.
+    /// Number of leaves to draw; all later leaves have presence 0.
     pub fn drawn(&self) -> u32 {
         let behind = (self.fraction - 0.5 + 0.5 * self.window).ceil() as i64;
         (i64::from(self.n) + behind).max(0) as u32
@@ -238,7 +249,7 @@ mod tests {
         let timeline = Timeline::new(&model);
         for (active, window) in [(6.3, 4.0), (6.0, 5.5), (1.2, 9.0), (11.6, 9.0), (5.5, 1e9), (7.9, 0.0)] {
             let transition = at(active, window);
-            // From the whole plant downwards, each event as far as its leaf is gone.
+            // From the full plant downwards, apply each event to the extent that its leaf is gone.
             let mut areas = [1.0_f32; 12];
             for (i, leaf) in model.leaves.iter().enumerate().rev() {
                 if let Some(target) = leaf.target() {

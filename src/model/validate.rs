@@ -1,16 +1,16 @@
-//! The numbered invariants of [`FoliageModel`], each checked.
+//! Checks the numbered invariants of [`FoliageModel`].
 
 use super::{FoliageModel, NO_LEAF};
 use crate::{
     Error, Result,
-    plant::{Broken, Checked, Parts, check},
+    plant::{Broken, Checked, check},
 };
 
 impl FoliageModel {
     /// Checks every numbered invariant of the type. O(model).
     ///
     /// # Errors
-    /// [`Error::InvalidModel`] with the number of the first one broken.
+    /// [`Error::InvalidModel`] with the number of the first invariant that is broken.
     pub fn validate(&self) -> Result<()> {
         self.check_all().map_err(|Broken { invariant, what }| Error::InvalidModel { invariant, what })
     }
@@ -22,16 +22,6 @@ impl FoliageModel {
         self.check_scales()?;
         self.check_errors()?;
         self.check_reach()
-    }
-
-    fn parts(&self) -> Parts<'_> {
-        Parts {
-            vertices: &self.vertices,
-            indices: &self.indices,
-            wood: &self.wood,
-            materials: &self.materials,
-            textures: &self.textures,
-        }
     }
 
     fn check_first_leaf(&self) -> Checked {
@@ -76,7 +66,7 @@ impl FoliageModel {
     }
 }
 
-/// Small sound plants and models for the tests of this folder.
+/// Small valid plants and models for the tests in this folder.
 #[cfg(test)]
 pub(super) mod samples {
     use super::super::{FoliageModel, Prune, Recipe};
@@ -91,7 +81,7 @@ pub(super) mod samples {
         Vertex { position, normal: [0.0, 0.0, 1.0], uv: [0.0; 2], color: [1.0; 4] }
     }
 
-    /// `leaves` quads one above another, leaf i at height i, and one triangle of wood.
+    /// A plant of `leaves` stacked quads, leaf i at height i, and one triangle of wood.
     pub fn plant(leaves: usize) -> Plant {
         let material = |name: &str, texture| Material { name: name.into(), texture, ..Material::default() };
         let mut plant = Plant {
@@ -111,8 +101,8 @@ pub(super) mod samples {
         plant
     }
 
-    /// The model of `plant(leaves)`: even leaves from the top are pruned first, then odd ones from the top, each enlarging
-    /// the highest odd leaf that is left.
+    /// The model of `plant(leaves)`: even leaves are pruned first, from the top down, then odd ones
+    /// in the same way, each enlarging the highest odd leaf that remains.
     pub fn model(leaves: u32) -> FoliageModel {
         let even = (0..leaves).rev().filter(|i| i % 2 == 0);
         let odd = (0..leaves).rev().filter(|i| i % 2 == 1);
@@ -133,7 +123,8 @@ pub(super) mod samples {
 mod tests {
     use super::*;
 
-    /// The invariant that `validate` says is broken once `break_it` is done to a sound model of four leaves.
+    /// Returns the invariant that `validate` reports after `break_it` is applied to a valid model
+    /// of four leaves.
     fn broken_by(break_it: impl FnOnce(&mut FoliageModel)) -> u8 {
         let mut model = samples::model(4);
         model.validate().unwrap();

@@ -1,14 +1,17 @@
-//! The canonical form of a leaf: the same bytes in whatever order a file lists its triangles and vertices.
+//! Canonical form of a leaf: the same bytes regardless of the order of triangles and vertices in
+//! the file.
 
 use super::Plant;
 use crate::leaf::Vertex;
 
 impl Plant {
-    /// Brings every leaf into canonical form; drawing stays the same, leaves, pivots and wood keep their places.
+    /// Converts every leaf to canonical form. The plant looks the same, and leaf order, pivots and
+    /// wood are unchanged.
     ///
-    /// Within each leaf bitwise equal vertices become one, unreferenced ones go, vertices are sorted by position, uv,
-    /// normal and colour (as unsigned bits), triangles start with their least index, keep their winding and are sorted.
-    /// Idempotent. Cost: a sort of each leaf.
+    /// Within each leaf, bitwise equal vertices are merged and unreferenced ones removed. Vertices
+    /// are sorted by position, uv, normal and colour (compared as unsigned bits). Triangles are
+    /// rotated to start with their smallest index, keeping the winding, and then sorted.
+    /// Idempotent. Cost: one sort per leaf.
     pub fn canonicalize(&mut self) {
         let source = std::mem::take(self);
         let leaves = source.leaves.iter().map(|leaf| {
@@ -24,7 +27,7 @@ impl Plant {
     }
 }
 
-/// The canonical form of one leaf. `indices` count from 0 within `vertices` and stay below their number.
+/// Canonical form of one leaf. `indices` are relative to `vertices` and less than their count.
 pub(crate) fn canonical(vertices: &[Vertex], indices: &[u32]) -> (Vec<Vertex>, Vec<u32>) {
     let mut order: Vec<u32> = indices.to_vec();
     order.sort_unstable();

@@ -1,14 +1,14 @@
-//! Checks of scene files, and the line of the offending key.
+//! Checks for scene files, and the position of the offending key.
 
 use crate::{Error, Result};
 use toml::de::{DeTable, DeValue};
 
-/// An [`Error::InvalidOption`] for the dotted `key` where `is_wrong`.
+/// Returns an [`Error::InvalidOption`] for the dotted `key` if `is_wrong`.
 pub(super) fn wrong_if(is_wrong: bool, key: &str, value: &str, allowed: &str) -> Result<()> {
     if is_wrong { Err(Error::invalid(key.to_owned(), value, allowed)) } else { Ok(()) }
 }
 
-/// Byte offset of the value of a dotted key, or of the deepest table that leads to it.
+/// Byte offset of the value of a dotted key, or of the deepest table on the way to it.
 pub(super) fn offset_of(text: &str, key: &str) -> Option<usize> {
     let document = DeValue::Table(DeTable::parse(text).ok()?.into_inner());
     let (mut value, mut offset) = (&document, None);

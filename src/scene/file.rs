@@ -1,86 +1,93 @@
-//! Scene files: models, where they stand, who looks, what the sun does, and which effects that calls for.
+//! Scene files: models, plants, camera, sun, level of detail, effects and ground.
 //!
-//! TOML; `data/scenes/` has samples of every key. Read and checked here; models are loaded by who draws the scene.
+//! The format is TOML; `data/scenes/` has samples of every key. Files are parsed and checked here;
+//! loading the models is left to the caller.
 //!
-//! Limits: plants do not move; every plant of a scene has the same rule for its level of detail.
+//! Limits: plants do not move; all plants of a scene use the same level-of-detail policy.
 
 use super::{
-    camera::{CameraEntry, View},
+    camera::CameraEntry,
     check::{offset_of, wrong_if},
     lod::Lod,
     scatter::{Scatter, Spot},
 };
-use crate::{Error, Result, effects::Effects, error::check_range, model::FoliageModel};
+use crate::{
+    Error, LookAt, Result,
+    effects::{Effects, sky::REFERENCE_ELEVATION},
+    error::check_range,
+    model::FoliageModel,
+};
 use glam::{DAffine3, DQuat, DVec3};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// Most plants in a scene.
+/// Maximum number of plants in a scene.
 pub const MAX_PLANTS: u32 = 1_000_000;
-/// What messages point to.
+/// Hint appended to error messages.
 const SEE: &str = "see data/scenes/forest.toml for every key";
 
 /// A scene.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
-    /// What stands in it.
+    /// Models of the plants.
     pub models: Vec<ModelSource>,
-    /// Plants, one by one.
+    /// Plants placed one by one.
     #[serde(default)]
     pub plants: Vec<PlantEntry>,
-    /// Plants, many at once.
+    /// Plants scattered over areas.
     #[serde(default)]
     pub scatter: Vec<Scatter>,
-    /// Who looks; by default from where all plants are seen.
+    /// The camera; by default all plants are in view.
     pub camera: Option<CameraEntry>,
-    /// Where the sun stands.
+    /// Direction of the sun.
     #[serde(default)]
     pub sun: Sun,
-    /// How many leaves are drawn.
+    /// Level-of-detail policy.
     #[serde(default)]
     pub lod: Lod,
-    /// What is simulated and shaded beyond that.
+    /// Simulation and shading effects.
     #[serde(default)]
     pub effects: Effects,
-    /// The ground, if it is drawn.
+    /// The ground; not drawn by default.
     pub ground: Option<GroundEntry>,
 }
 
-/// A level ground.
+/// A horizontal ground plane.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GroundEntry {
     /// Linear colour, each channel from 0 to 1.
     pub color: [f32; 3],
-    /// Its height.
+    /// Height of the plane.
     pub height: f64,
-    /// Distance at which a third of its own light arrives; by default far for the plants' size.
+    /// Distance at which a third of the ground's own light arrives; by default large compared to
+    /// the plants.
     pub haze: Option<f64>,
 }
 
 impl Default for GroundEntry {
-    /// Grass.
+    /// Grass at height 0.
     fn default() -> Self {
         Self { color: [0.10, 0.15, 0.05], height: 0.0, haze: None }
     }
 }
 
-/// Where a model comes from: a file, or a species that is grown and simplified when the scene is opened.
+/// Source of a model: a file, or a species that is grown and simplified when the scene is opened.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelSource {
-    /// Name by which plants refer to it.
+    /// Name that plants refer to.
     pub name: String,
-    /// A model (.vds), relative to the scene file.
+    /// Model file (.vds), relative to the scene file.
     pub file: Option<PathBuf>,
     /// An embedded species, or a species `.toml` relative to the scene file.
     pub species: Option<String>,
-    /// Leaves of a grown plant, instead of the species' own.
+    /// Number of leaves of a grown plant; by default the species' own.
     pub leaves: Option<u32>,
-    /// Another individual of the species.
+    /// Random seed: another one grows another individual of the species.
     pub seed: Option<u64>,
-    /// Height in the scene's units; by default that of the model.
+    /// Height in the scene's units; by default the model's own.
     pub height: Option<f64>,
 }
 
@@ -90,10 +97,10 @@ pub struct ModelSource {
 pub struct PlantEntry {
     /// Name of its model.
     pub model: String,
-    /// Where its foot stands.
+    /// Position of its foot.
     #[serde(default)]
     pub at: [f64; 3],
-    /// Turn about the vertical, in degrees.
+    /// Rotation about the vertical, in degrees.
     #[serde(default)]
     pub turn: f64,
     /// Size factor, above 0.
@@ -105,7 +112,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// Where the sun stands.
+/// Direction of the sun.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sun {
@@ -117,7 +124,7 @@ pub struct Sun {
 
 impl Default for Sun {
     fn default() -> Self {
-        Self { azimuth: 46.0, elevation: 46.0 }
+        Self { azimuth: 46.0, elevation: f64::from(REFERENCE_ELEVATION) }
     }
 }
 
@@ -134,7 +141,7 @@ impl Sun {
 pub struct Planted {
     /// Index into the scene's models.
     pub model: usize,
-    /// From the plant's space to the scene's.
+    /// Transform from the plant's space to the scene's.
     pub world_from_plant: DAffine3,
 }
 
@@ -142,17 +149,18 @@ impl SceneFile {
     /// Reads and checks a scene file.
     ///
     /// # Errors
-    /// [`Error::Io`] for a file that cannot be read, else those of [`SceneFile::from_toml`].
+    /// [`Error::Io`] for a file that cannot be read; otherwise the errors of
+    /// [`SceneFile::from_toml`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let text = std::io::read_to_string(crate::file::open(path)?).map_err(|error| Error::io(path, error))?;
         Self::from_toml(&text, path)
     }
 
-    /// Reads and checks a scene; `origin` stands in messages.
+    /// Parses and checks a scene; `origin` names it in error messages.
     ///
     /// # Errors
-    /// [`Error::Unreadable`] that names the line, the key and what is allowed.
+    /// [`Error::Unreadable`] with the line, the key and the allowed values.
     pub fn from_toml(text: &str, origin: &Path) -> Result<Self> {
         let at = |offset: usize| 1 + text.get(..offset).unwrap_or(text).matches('\n').count();
         let scene: Self = toml::from_str(text).map_err(|error| {
@@ -162,17 +170,17 @@ impl SceneFile {
         scene.check().map_err(|error| {
             let Error::InvalidOption { field, value, allowed } = error else { return error };
             let place = offset_of(text, &field).map_or(String::new(), |offset| format!("line {}: ", at(offset)));
-            // Names come from the file.
+            // Names in the message come from the file.
             let [value, allowed] = [value, allowed].map(|text| text.replace(char::is_control, " "));
             Error::unreadable(origin, format!("{place}{field} is {value}"), format!("it must be {allowed}; {SEE}"))
         })?;
         Ok(scene)
     }
 
-    /// Where every plant stands; `models` are those of the scene, in its order.
+    /// Positions of all plants; `models` are the scene's models, in its order.
     ///
     /// # Errors
-    /// [`Error::InvalidOption`] when a scattering does not fit into its area.
+    /// [`Error::InvalidOption`] if a scattering does not fit into its area.
     pub fn planted(&self, models: &[FoliageModel]) -> Result<Vec<Planted>> {
         let standing: Vec<Footing> =
             self.models.iter().zip(models).map(|(source, model)| Footing::new(source, model)).collect();
@@ -192,9 +200,9 @@ impl SceneFile {
         Ok(planted)
     }
 
-    /// The camera at a time; `None` where the scene has none.
-    pub fn view(&self, seconds: f64) -> Option<View> {
-        self.camera.as_ref()?.view(seconds)
+    /// The camera at a time, with a near plane at `near`; `None` if the scene has none.
+    pub fn look_at(&self, seconds: f64, aspect: f64, near: f64) -> Option<LookAt> {
+        self.camera.as_ref()?.look_at(seconds, aspect, near)
     }
 
     fn check(&self) -> Result<()> {
@@ -208,7 +216,7 @@ impl SceneFile {
                 sources != 1,
                 &key("name"),
                 &format!("{}, with {sources} sources", model.name),
-                "given one of file and species",
+                "given exactly one of file and species",
             )?;
             check_range(key("height"), model.height.unwrap_or(1.0), 1e-6..=1e6)?;
         }
@@ -245,9 +253,9 @@ impl SceneFile {
     }
 }
 
-/// How a model is put on the ground.
+/// Placement of a model on the ground.
 struct Footing {
-    /// The middle of the foot of its box, in plant space.
+    /// Centre of the bottom face of its bounding box, in plant space.
     foot: DVec3,
     scale: f64,
 }

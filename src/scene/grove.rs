@@ -1,19 +1,17 @@
-//! Plants that stand still: culled through a bounding volume hierarchy, each at its own level of detail.
+//! Static plants, culled through a bounding volume hierarchy, each with its own level of detail.
 //!
-//! The hierarchy is built by obvhs over the spheres that the plants reach when their leaves are at their largest, so
-//! nothing in view is ever missed. Its boxes are `f32`, relative to the grove's middle and rounded outwards: a grove may lie
-//! anywhere in an `f64` world.
+//! The hierarchy (obvhs) is built over bounding spheres that hold the plants with their leaves at
+//! their largest, so nothing in view is ever missed. Its boxes are `f32`, relative to the grove's
+//! centre and rounded outwards, so a grove may lie anywhere in an `f64` world.
 //!
-//! Limits: plants do not hide each other; moving a plant means building the grove again (0.3 ms for 1,000 plants).
+//! Limits: no occlusion culling; moving a plant means rebuilding the grove (0.3 ms for 1,000
+//! plants).
 
-use super::viewer::{ALL_PLANES, Crossed, Frustum, Viewer};
+use super::frustum::{ALL_PLANES, Crossed, Frustum};
 use crate::{
-    Error, Result,
-    bounds::Sphere,
-    extract::{
-        Hysteresis, LodPolicy, Sight,
-        lod::{Blend, fewest_leaves},
-    },
+    Camera, Error, Result,
+    bounds::{Sphere, largest_scale},
+    extract::{Blend, Hysteresis, LodPolicy, Sight, fewest_leaves},
     model::FoliageModel,
 };
 use glam::{DAffine3, DVec3, Vec3, Vec3A};
@@ -24,22 +22,23 @@ use obvhs::{
 };
 use std::time::Duration;
 
-/// What all plants of one model have in common.
+/// Properties shared by all plants of one model.
 pub struct Kind {
     /// Number of leaves of the model.
     pub leaves: u32,
-    /// Fewest leaves that a plant in view is drawn with.
+    /// Minimum number of leaves for a plant in view.
     pub min_leaves: u32,
-    /// Sphere around the plant at full detail, in the plant's units: what distances refer to.
+    /// Bounding sphere of the plant at full detail, in the plant's units; distances refer to it.
     pub sphere: Sphere,
-    /// Sphere around everything that is drawn at any active count: what is culled.
+    /// Bounding sphere of everything drawn at any active count; used for culling.
     pub reach: Sphere,
-    /// How many leaves are drawn.
+    /// Level-of-detail policy.
     pub policy: Box<dyn LodPolicy + Send + Sync>,
 }
 
 impl Kind {
-    /// The plants of `model` under the default [`Blend`], with at least [`fewest_leaves`]. O(vertices).
+    /// The plants of `model` with the default [`Blend`] policy and at least [`fewest_leaves`].
+    /// O(vertices).
     pub fn new(model: &FoliageModel) -> Self {
         Self {
             leaves: model.leaves.len() as u32,
@@ -56,7 +55,7 @@ impl Kind {
 pub struct Placement {
     /// Index into the grove's kinds.
     pub kind: u32,
-    /// Where it stands. Under uneven scaling the largest axis counts.
+    /// Transform from the plant to the world. Under non-uniform scaling the largest axis counts.
     pub world_from_plant: DAffine3,
 }
 
@@ -65,18 +64,19 @@ pub struct Placement {
 pub struct Active {
     /// Index into the grove's placements.
     pub instance: u32,
-    /// Active count with its fraction: leaves `0..floor` are drawn, and the next one as grown as the fraction says.
+    /// Active count with its fraction: leaves `0..floor` are drawn, and the next one is grown to
+    /// the fraction.
     pub count: f32,
 }
 
-/// Plants that stand still, with what each of them needs from frame to frame.
+/// Static plants, with the state that each keeps from frame to frame.
 pub struct Grove {
     kinds: Vec<Kind>,
     plants: Vec<Plant>,
-    /// Middle of all plants, which `bvh` and `Plant::reach_center` are relative to.
+    /// Centre of all plants; the origin of `bvh` and `Plant::reach_center`.
     anchor: DVec3,
     bvh: Bvh2,
-    /// Nodes to visit, each with the planes that it may cross.
+    /// Nodes still to visit, each with the planes that it may cross.
     stack: Vec<(u32, Crossed)>,
 }
 
@@ -90,11 +90,11 @@ struct Plant {
 }
 
 impl Grove {
-    /// A grove of `placements`. O(n log n).
+    /// Builds a grove of `placements`. O(n log n).
     ///
     /// # Errors
-    /// [`Error::InvalidOption`] that names the first placement whose kind does not exist or whose transform is not
-    /// finite.
+    /// [`Error::InvalidOption`] naming the first placement whose kind does not exist or whose
+    /// transform is not finite.
     pub fn new(kinds: Vec<Kind>, placements: &[Placement]) -> Result<Self> {
         let mut plants = Vec::with_capacity(placements.len());
         for (instance, placement) in placements.iter().enumerate() {
@@ -114,24 +114,25 @@ impl Grove {
         self.plants.len()
     }
 
-    /// True for a grove without plants.
+    /// Whether the grove has no plants.
     pub fn is_empty(&self) -> bool {
         self.plants.is_empty()
     }
 
-    /// Sets the dead band of every plant (see [`Hysteresis`]) and forgets their counts.
+    /// Sets the dead band of every plant (see [`Hysteresis`]) and resets their counts.
     pub fn set_dead_band(&mut self, dead_band: f32) {
         self.plants.iter_mut().for_each(|plant| plant.hysteresis = Hysteresis::new(dead_band));
     }
 
-    /// Replaces `out` by the plants that `viewer` may see, by rising index, each with its active count.
+    /// Replaces `out` with the plants in the frustum of `camera`, by increasing index, each with
+    /// its active count.
     ///
-    /// Everything within the picture is listed, and little else: plants are culled by their spheres. A viewer whose matrix
-    /// is not finite sees all. Costs O(plants in view and along the picture's sides); allocates nothing once `out` and the
-    /// grove have grown to their largest.
-    pub fn select(&mut self, viewer: &Viewer, out: &mut Vec<Active>) {
+    /// Culling is conservative: plants are tested by their bounding spheres. A camera with a
+    /// non-finite matrix sees all plants. Costs O(plants in view and along the sides of the
+    /// picture); does not allocate once `out` and the grove have reached their largest size.
+    pub fn select(&mut self, camera: &Camera, out: &mut Vec<Active>) {
         out.clear();
-        let frustum = Frustum::new(viewer, self.anchor);
+        let frustum = Frustum::new(camera, self.anchor);
         self.stack.clear();
         if !self.plants.is_empty() {
             self.stack.push((0, ALL_PLANES));
@@ -148,22 +149,26 @@ impl Grove {
                 let instance = self.bvh.primitive_indices[slot as usize];
                 let plant = &mut self.plants[instance as usize];
                 if frustum.meets_sphere(crossed, plant.reach_center, plant.reach_radius) {
-                    out.push(Active { instance, count: plant.count(&self.kinds[plant.kind as usize], viewer) });
+                    out.push(Active { instance, count: plant.count(&self.kinds[plant.kind as usize], camera) });
                 }
             }
         }
         out.sort_unstable_by_key(|active| active.instance);
     }
+
+    /// As [`select`](Self::select) with all plants, whatever the direction: for what casts shadows.
+    /// O(plants).
+    pub fn select_all(&mut self, camera: &Camera, out: &mut Vec<Active>) {
+        let kinds = &self.kinds;
+        let count = |plant: &mut Plant| plant.count(&kinds[plant.kind as usize], camera);
+        out.clear();
+        out.extend((0..).zip(&mut self.plants).map(|(instance, plant)| Active { instance, count: count(plant) }));
+    }
 }
 
 impl Plant {
-    fn count(&mut self, kind: &Kind, viewer: &Viewer) -> f32 {
-        let sight = Sight {
-            distance: self.center.distance(viewer.eye) as f32,
-            radius: self.radius as f32,
-            fov_y: viewer.fov_y,
-            height_px: viewer.height_px,
-        };
+    fn count(&mut self, kind: &Kind, camera: &Camera) -> f32 {
+        let sight = Sight::new(camera, self.center, self.radius);
         let wanted = f64::from(kind.policy.lod(&sight)) * f64::from(kind.leaves);
         self.hysteresis.follow(wanted, kind.leaves, kind.min_leaves) as f32
     }
@@ -172,8 +177,7 @@ impl Plant {
 fn plant(kinds: &[Kind], placement: &Placement) -> Option<Plant> {
     let kind = kinds.get(placement.kind as usize)?;
     let to_world = placement.world_from_plant;
-    let scale =
-        to_world.matrix3.to_cols_array_2d().map(|axis| DVec3::from(axis).length()).into_iter().fold(0.0, f64::max);
+    let scale = largest_scale(&to_world);
     let plant = Plant {
         kind: placement.kind,
         center: to_world.transform_point3(kind.sphere.center()),
@@ -192,7 +196,7 @@ fn invalid(instance: usize, placement: &Placement, kinds: usize) -> Error {
     Error::invalid("placement", value, format!("finite and of one of the {kinds} kinds"))
 }
 
-/// The box around a plant's reach, in `f32` rounded outwards.
+/// Bounding box of a plant's reach, in `f32`, rounded outwards.
 fn box_around(plant: &Plant) -> Aabb {
     let outwards = |corner: DVec3, up: bool| {
         let round = |exact: f64| {

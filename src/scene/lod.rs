@@ -1,58 +1,57 @@
-//! How many leaves a scene's plants are drawn with: a policy by its name, with its numbers.
+//! Level-of-detail policy of a scene: its name and parameters.
 
 use super::check::wrong_if;
 use crate::{
     Result,
     error::check_range,
-    extract::{
-        LodPolicy,
-        lod::{Blend, CookLambda, PixelError, Sizes},
-    },
+    extract::{Blend, CookLambda, LodPolicy, PixelError, Sizes},
     model::FoliageModel,
 };
 use serde::Deserialize;
 
-/// Names of the rules for the level of detail.
+/// Names of the level-of-detail policies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Policy {
-    /// By distance and projected area.
+    /// Distance and projected area: [`Blend`].
     #[default]
     Blend,
-    /// Cook's lambda.
+    /// Lambda of Cook et al.: [`CookLambda`].
     Cook,
-    /// By recorded error in pixels.
+    /// Recorded error in pixels: [`PixelError`].
     Pixels,
-    /// By shares measured at some sizes.
+    /// Fractions measured at several sizes: [`Sizes`].
     Sizes,
     /// Every leaf.
     Full,
 }
 
-/// How many leaves are drawn. A number that is missing has the rule's own default; one that another rule takes is an error.
+/// Level-of-detail policy. A missing parameter takes the policy's default; a parameter of another
+/// policy is an error.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lod {
-    /// The rule.
+    /// The policy.
     pub policy: Policy,
-    /// `blend`: distance in radii up to which everything is drawn.
+    /// `blend`: distance in radii up to which all leaves are drawn.
     pub near: Option<f32>,
-    /// `blend`: distance in radii from which distance takes off no more.
+    /// `blend`: distance in radii beyond which nearness is 0.
     pub far: Option<f32>,
-    /// `cook`: distance in radii within which everything is drawn.
+    /// `cook`: distance in radii within which all leaves are drawn.
     pub start: Option<f32>,
-    /// `cook`: screen area, over that at `start`, at which half of the leaves stay.
+    /// `cook`: screen area, over that at `start`, at which half of the leaves are drawn.
     pub half_area: Option<f32>,
-    /// `pixels`: most pixels that may be wrong.
+    /// `pixels`: maximum number of wrong pixels.
     pub bound: Option<f32>,
-    /// `sizes`: diameters in pixels, rising, each with the share of the leaves that is enough there.
+    /// `sizes`: increasing diameters in pixels, each with the fraction of the leaves that suffices
+    /// there.
     pub shares: Vec<[f32; 2]>,
-    /// Dead band over the count: 0 follows the camera at once.
+    /// Dead band as a fraction of the count: 0 follows the camera immediately.
     pub dead_band: Option<f32>,
 }
 
 impl Lod {
-    /// The rule for one model.
+    /// The policy for one model.
     pub fn policy(&self, model: &FoliageModel) -> Box<dyn LodPolicy + Send + Sync> {
         match self.policy {
             Policy::Blend => {
@@ -91,18 +90,19 @@ impl Lod {
         for (key, number, policy, [least, most]) in numbers {
             let Some(number) = number else { continue };
             let policy_name = format!("{:?}", self.policy).to_lowercase();
-            let allowed = format!("left out: the policy {policy_name} does not take it");
+            let allowed = format!("left out: the policy {policy_name} does not use it");
             wrong_if(policy != self.policy, key, &number.to_string(), &allowed)?;
             check_range(key, number, least..=most)?;
         }
-        let allowed = "pairs of a rising diameter in pixels and a share above 0, at most 1, with the policy sizes";
+        let allowed =
+            "pairs of an increasing diameter in pixels and a fraction above 0, at most 1, with the policy sizes";
         let fits = if self.policy == Policy::Sizes { self.sizes().is_some() } else { self.shares.is_empty() };
         wrong_if(!fits, "lod.shares", &format!("{:?}", self.shares), allowed)?;
         check_range("lod.dead_band", self.dead_band.unwrap_or(0.0), 0.0..=1.0)
     }
 }
 
-/// Pixels that may be wrong unless a scene says otherwise.
+/// Default bound on wrong pixels.
 const DEFAULT_BOUND_PX: f32 = 200.0;
 
 /// Draws every leaf.

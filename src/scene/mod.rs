@@ -1,16 +1,19 @@
-//! Many plants on screen: which of them are seen, and how many leaves each of them draws.
+//! Many plants on screen: frustum culling and an active count for each plant in view.
 //!
-//! A [`Grove`] holds where plants stand; each frame it is asked by a [`Viewer`] and answers with the instances in view and
-//! their active counts. What draws them needs nothing else: models and their timelines never change.
+//! A [`Grove`] holds the placements of plants. Each frame, [`Grove::select`] takes a
+//! [`Camera`](crate::Camera) and returns the instances in view with their active counts. A renderer
+//! needs nothing else per frame: models and their timelines never change.
 
-pub mod camera;
+mod camera;
 mod check;
-pub mod file;
-pub mod grove;
-pub mod lod;
-pub mod scatter;
-pub mod viewer;
+mod file;
+mod frustum;
+mod grove;
+mod lod;
+mod scatter;
 
-pub use file::SceneFile;
+pub use camera::{CameraEntry, Orbit, Station};
+pub use file::{GroundEntry, MAX_PLANTS, ModelSource, PlantEntry, Planted, SceneFile, Sun};
 pub use grove::{Active, Grove, Kind, Placement};
-pub use viewer::Viewer;
+pub use lod::{Lod, Policy};
+pub use scatter::{Scatter, Spot};

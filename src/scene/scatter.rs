@@ -1,33 +1,33 @@
-//! Plants scattered over an area: by seed, never closer than asked.
+//! Random scattering of plants over an area, with a minimum spacing.
 
 use crate::{Error, Result, random::Random};
 use glam::DVec3;
 use serde::Deserialize;
 use std::collections::HashMap;
 
-/// Tries for each plant before the area counts as full.
+/// Attempts per plant before the area counts as full.
 const TRIES: u32 = 200;
 
-/// Many plants at once.
+/// Plants scattered over an area.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scatter {
-    /// Names of models, taken by turns.
+    /// Names of models, taken in turn.
     pub models: Vec<String>,
-    /// How many plants.
+    /// Number of plants.
     pub count: u32,
-    /// Another scattering.
+    /// Random seed.
     #[serde(default)]
     pub seed: u64,
-    /// Sides of the area along x and z.
+    /// Side lengths of the area along x and z.
     pub area: [f64; 2],
-    /// Middle of the area.
+    /// Centre of the area.
     #[serde(default)]
     pub at: [f64; 3],
-    /// Least distance between the feet of two plants.
+    /// Minimum distance between the feet of two plants.
     #[serde(default)]
     pub spacing: f64,
-    /// Least and greatest size factor.
+    /// Minimum and maximum size factor.
     #[serde(default = "same_size")]
     pub scale: [f64; 2],
 }
@@ -36,12 +36,12 @@ fn same_size() -> [f64; 2] {
     [1.0, 1.0]
 }
 
-/// Where one plant stands.
+/// Placement of one plant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// Its foot.
+    /// Position of its foot.
     pub at: DVec3,
-    /// Turn about the vertical, in radians.
+    /// Rotation about the vertical, in radians.
     pub turn: f64,
     /// Size factor.
     pub scale: f64,
@@ -50,10 +50,10 @@ pub struct Spot {
 }
 
 impl Scatter {
-    /// Where the plants stand: the same for the same numbers, on every machine. O(plants).
+    /// Placements of the plants: the same for the same parameters, on every machine. O(plants).
     ///
     /// # Errors
-    /// [`Error::InvalidOption`] when they do not fit into the area, with how many do.
+    /// [`Error::InvalidOption`] if the plants do not fit into the area, with the number that does.
     pub fn spots(&self) -> Result<Vec<Spot>> {
         let mut random = Random::new(self.seed);
         let mut taken = Taken { spacing: self.spacing, cells: HashMap::new() };
@@ -67,7 +67,7 @@ impl Scatter {
             let Some(at) = place else {
                 let [x, z] = self.area;
                 let value = format!("{} plants {} apart in {x} x {z}", self.count, self.spacing);
-                let allowed = format!("fewer, closer or on more ground: {number} fit");
+                let allowed = format!("fewer, closer together or on more ground: only {number} fit");
                 return Err(Error::invalid("scatter", value, allowed));
             };
             taken.take(at);
@@ -83,7 +83,8 @@ impl Scatter {
     }
 }
 
-/// Feet in square cells as wide as the spacing: only the nine cells around a foot can hold one too close.
+/// Grid of the feet placed so far, with cells as wide as the spacing: only the nine cells around a
+/// foot can hold one too close.
 struct Taken {
     spacing: f64,
     cells: HashMap<[i64; 2], Vec<DVec3>>,

@@ -1,21 +1,25 @@
-//! What polygons look like, so that views can be compared with those of the full plant.
+//! Looks of polygons, for comparing views with the full plant's.
 //!
-//! Every polygon has one look in each view, and two looks differ by the sum of squares of their channels; a polygon and
-//! the background differ by [`COVERAGE`]. There are two sets of looks:
+//! Every polygon has one look in each view. The difference between two looks is the sum of squares
+//! of their channel differences; the difference between a polygon and the background is constant.
+//! There are two sets of looks:
 //!
-//! - *silhouette*: all polygons look the same, so that only coverage counts;
-//! - *image*: colour and light. A model is lit by suns that are not known here, so none is favoured: three channels hold
-//!   the colour under even light, darker inside the crown as everywhere in this crate, and three the normal that faces the
-//!   view, as long as light from one side makes the colour vary. For a sun in an unknown direction the squared difference of
-//!   two surfaces goes with the squared difference of these.
+//! - *silhouette*: all polygons look the same and differ from the background by 1, so that only
+//!   coverage counts;
+//! - *image*: colour and light, where a polygon and the background differ by [`COVERAGE`]. The suns
+//!   that will light a model are not known, so no direction is favoured: three channels hold the
+//!   colour under even light, darker inside the crown as everywhere in this crate, and three hold
+//!   the normal that faces the view, scaled by how much light from one side makes the colour vary.
+//!   For a sun in an unknown direction, the squared difference of two surfaces follows the squared
+//!   difference of these channels.
 //!
-//! All numbers come from operations that round alike on every machine, and channels are whole numbers: differences add up
-//! exactly, in any order.
+//! All numbers come from operations that round the same way on every machine, and channels are
+//! integers, so differences add up exactly in any order.
 //!
-//! Limits: a leaf has one colour, the mean of its texels; the wood as a whole has one.
+//! Limits: each leaf has a single colour, the mean of its texels; all wood shares one.
 
 use super::{
-    price::Gain,
+    change::Gain,
     views::{CAMERA_DISTANCE, ViewSet},
 };
 use crate::{
@@ -29,27 +33,31 @@ use crate::{
 };
 use glam::{DVec3, Vec2, Vec3};
 
-/// Difference between a polygon and the background: that of middle grey and black or white.
+/// Difference between a polygon and the background: the same as between middle grey and black or
+/// white.
 pub const COVERAGE: i64 = 3 * 128 * 128;
-/// Length of a white surface's normal in its channels. The sun makes a channel vary by about a third of it to either side.
+/// Length of a white surface's normal in channel steps. The sun makes a channel vary by about a
+/// third of it in either direction.
 const NORMAL_LENGTH: f32 = 128.0;
-/// Samples along each side of a triangle from which its colour is taken.
+/// Number of colour samples along each side of a triangle.
 const SAMPLES: u32 = 6;
 
-/// A look: red, green, blue (sRGB-encoded), then the normal's x, y and z about 128, then nothing.
+/// Look of a polygon: red, green and blue (sRGB-encoded), then the normal's x, y and z offset by
+/// 128, then two unused bytes.
 pub type Look = [u8; 8];
 
-/// The looks of all polygons in all views.
+/// Looks of all polygons in all views.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Appearance {
     leaves: u32,
-    /// Entry `view * (leaves + 2) + row`; rows are those of [`Areas`](super::areas::Areas).
+    /// Look of `row` in `view` at index `view * (leaves + 2) + row`; rows are as in
+    /// [`Areas`](super::areas::Areas).
     looks: Vec<Look>,
     /// Difference between a polygon and the background.
     coverage: i64,
 }
 
-/// The looks of all polygons in one view.
+/// Looks of all polygons in one view.
 #[derive(Debug, Clone, Copy)]
 pub struct ViewLook<'a> {
     background: u32,
@@ -58,7 +66,7 @@ pub struct ViewLook<'a> {
 }
 
 impl ViewLook<'_> {
-    /// Difference between two rows' looks; 0 or more.
+    /// Difference between the looks of two rows; 0 or more.
     pub fn difference(&self, a: u32, b: u32) -> i64 {
         if a == b {
             0
@@ -73,7 +81,8 @@ impl ViewLook<'_> {
 }
 
 impl ViewLook<'_> {
-    /// What a view gains where the second of two polygons takes the place of the first.
+    /// Gain of one pixel when polygon `after` replaces polygon `before` and `reference` is
+    /// frontmost at full detail.
     pub fn gain(&self, before: u32, after: u32, reference: u32) -> Gain {
         if before == after {
             return Gain::default();
@@ -86,15 +95,15 @@ impl ViewLook<'_> {
 }
 
 impl Appearance {
-    /// Only coverage counts, a pixel 1.
+    /// Creates looks for silhouettes: only coverage counts, 1 per pixel.
     pub fn silhouette(leaves: usize, views: usize) -> Self {
         Self { leaves: leaves as u32, looks: vec![[0; 8]; (leaves + 2) * views], coverage: 1 }
     }
 
-    /// Colour, light and coverage.
+    /// Creates looks for images: colour, light and coverage.
     ///
     /// # Errors
-    /// [`Unreadable`](crate::Error::Unreadable) when a texture cannot be decoded.
+    /// [`Unreadable`](crate::Error::Unreadable) if a texture cannot be decoded.
     pub fn image(plant: &Plant, views: &ViewSet) -> Result<Self> {
         let sampler = Sampler::new(plant, views.center())?;
         let leaves: Vec<Surface> = plant
@@ -130,26 +139,27 @@ impl Appearance {
         self.coverage
     }
 
-    /// The looks in one view.
+    /// Looks in one view.
     pub fn view(&self, view: usize) -> ViewLook<'_> {
         let rows = self.leaves as usize + 2;
         ViewLook { background: self.leaves, looks: &self.looks[view * rows..][..rows], coverage: self.coverage }
     }
 }
 
-/// Means over a surface.
+/// Area-weighted properties of a surface.
 #[derive(Debug, Clone, Copy, Default)]
 struct Surface {
     area: f64,
-    /// Relative to the middle of the views, so that it keeps its digits far from the origin.
+    /// Mean position relative to the centre of the views, which keeps precision far from the
+    /// origin.
     center: DVec3,
-    /// Linear.
+    /// Mean linear colour.
     albedo: Vec3,
     normal: Vec3,
 }
 
 impl Surface {
-    /// Both together.
+    /// Combines two surfaces.
     fn joined(self, other: Self) -> Self {
         let area = self.area + other.area;
         let share = if area > 0.0 { (other.area / area) as f32 } else { 1.0 };
@@ -172,13 +182,13 @@ impl Surface {
     }
 }
 
-/// Decoded textures.
+/// Materials with their decoded textures.
 struct Sampler<'a> {
     materials: &'a [Material],
     textures: Vec<Option<Pixels>>,
     /// Linear value of each sRGB byte.
     decoded: [f32; 256],
-    /// What centres are relative to.
+    /// Origin of the centres of surfaces.
     origin: DVec3,
 }
 
@@ -223,7 +233,7 @@ impl<'a> Sampler<'a> {
         Surface { area, center: (a + b + c) / 3.0, albedo: sum / count, normal: normal * area as f32 }
     }
 
-    /// Linear colour and alpha of the nearest texel; white where there is no texture.
+    /// Linear colour and alpha of the nearest texel; opaque white if there is no texture.
     fn texel(&self, material: &Material, uv: Vec2) -> (Vec3, f32) {
         let Some(pixels) = material.texture.and_then(|texture| self.textures[texture as usize].as_ref()) else {
             return (Vec3::ONE, 1.0);
@@ -236,13 +246,13 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// Weights of the samples of a triangle.
+/// Barycentric weights of a triangle's samples.
 fn barycentric() -> impl Iterator<Item = [f32; 3]> {
     let at = |i: u32| (i as f32 + 1.0 / 3.0) / SAMPLES as f32;
     (0..SAMPLES).flat_map(move |i| (0..SAMPLES - i).map(move |j| [at(i), at(j), 1.0 - at(i) - at(j)]))
 }
 
-/// The texel under a coordinate.
+/// Index along one axis of the texel at a texture coordinate.
 fn cell(coordinate: f32, size: u32, wrap: Wrap) -> usize {
     let at = match wrap {
         Wrap::Clamp => coordinate,
@@ -260,7 +270,8 @@ mod tests {
         Vertex { position, normal, uv: [0.0; 2], color: [shade, shade, shade, 1.0] }
     }
 
-    /// Four small triangles about the origin, all turned to +X: two alike, a dark one, one in the middle of the crown.
+    /// Four small triangles around the origin, perpendicular to X: two of the same colour with
+    /// opposite normals, a dark one, and one in the middle of the crown.
     fn plant() -> Plant {
         let mut plant = Plant { materials: vec![Material::default()], ..Plant::default() };
         for (place, normal, shade) in [
@@ -286,7 +297,7 @@ mod tests {
         let look = appearance.view(from(DVec3::X));
         // sRGB of 0.5 is 188, and half of 188 is 94.
         assert_eq!(look.looks[0], [188, 188, 188, 128 + 94, 128, 128, 0, 0]);
-        assert_eq!(look.looks[1], look.looks[0], "a leaf shows the same from both sides");
+        assert_eq!(look.looks[1], look.looks[0], "a leaf looks the same from both sides");
         assert_eq!(appearance.view(from(DVec3::NEG_X)).looks[0][3], 128 - 94);
         assert_eq!(look.looks[2][0], 89);
         assert!(look.looks[3][0] < 130, "dark within the crown: {:?}", look.looks[3]);
@@ -306,7 +317,7 @@ mod tests {
 
     #[test]
     fn only_texels_that_cover_give_their_colour() {
-        // Left half red and covering, right half white and not.
+        // Left half red and opaque, right half white and transparent.
         let mut png = Vec::new();
         let texel = |x: u32| image::Rgba(if x < 4 { [255, 0, 0, 255] } else { [255, 255, 255, 0] });
         let image = image::RgbaImage::from_fn(8, 8, |x, _| texel(x));

@@ -1,38 +1,40 @@
-//! Visible areas: how many pixels of each view show each polygon in front.
+//! Visible areas: the number of pixels of each view in which each polygon is frontmost.
 
-use super::layers::Change;
+use super::change::Change;
 
-/// The areas a_z(v) of leaves, background and wood, and how many pixels each leaf stands directly behind.
+/// Areas a_z(v) of the leaves, the background and the wood, and the number of pixels in which each
+/// is directly behind the frontmost polygon.
 ///
-/// Row z is leaf z for z below [`leaves`](Self::leaves); then come the background and the wood.
+/// Row z is leaf z for z below [`leaves`](Self::leaves), followed by the background and the wood.
 #[derive(Debug, Clone)]
 pub struct Areas {
     /// Number of leaves.
     pub leaves: usize,
     /// Number of views.
     pub views: usize,
-    /// a_z(v) at `z * views + v`, in pixels.
+    /// a_z(v) at index `z * views + v`, in pixels.
     areas: Vec<u32>,
-    /// A_z: the sum of row z.
+    /// A_z, the sum of row z.
     totals: Vec<u32>,
-    /// For each row, the pixels of all views in which it stands directly behind the frontmost.
+    /// For each row, the number of pixels over all views in which it is directly behind the
+    /// frontmost polygon.
     seconds: Vec<u32>,
     pending: Pending,
 }
 
-/// Changes that were collected and not committed yet.
+/// Changes that are collected but not committed yet.
 #[derive(Debug, Clone)]
 struct Pending {
-    /// Rows whose area changes, each once.
+    /// Rows whose areas change, each once.
     rows: Vec<u32>,
-    /// For each row, one more than its place in `rows`, or 0.
+    /// For each row, its index in `rows` plus one, or 0 if it is not there.
     places: Vec<u32>,
-    /// Change of each view's area, `views` numbers for each of `rows`.
+    /// Area changes by view, `views` numbers for each entry of `rows`.
     deltas: Vec<i32>,
 }
 
 impl Areas {
-    /// No pixel counted yet.
+    /// Creates areas with no pixel counted yet.
     pub fn new(leaves: usize, views: usize) -> Self {
         let rows = leaves + 2;
         Self {
@@ -45,12 +47,12 @@ impl Areas {
         }
     }
 
-    /// The background's row.
+    /// Row of the background.
     pub fn background(&self) -> usize {
         self.leaves
     }
 
-    /// The wood's row.
+    /// Row of the wood.
     pub fn wood(&self) -> usize {
         self.leaves + 1
     }
@@ -60,24 +62,25 @@ impl Areas {
         &self.areas[row * self.views..][..self.views]
     }
 
-    /// Sum of one row, in pixels.
+    /// Sum of one row over all views, in pixels.
     pub fn total(&self, row: usize) -> u32 {
         self.totals[row]
     }
 
-    /// Pixels in which a leaf stands directly behind the frontmost.
+    /// Number of pixels, over all views, in which a leaf is directly behind the frontmost polygon.
     pub fn seconds(&self, leaf: usize) -> u32 {
         self.seconds[leaf]
     }
 
-    /// Counts a pixel for the first time.
+    /// Counts a pixel of view `view`, to build the initial areas.
     pub fn count(&mut self, view: usize, [front, second]: [u32; 2]) {
         self.areas[front as usize * self.views + view] += 1;
         self.totals[front as usize] += 1;
         self.seconds[second as usize] += 1;
     }
 
-    /// Notes a change of view `view`; areas stay as they are until [`commit`](Self::commit).
+    /// Collects a change in view `view`. Areas stay the same until [`commit`](Self::commit); the
+    /// counts of [`seconds`](Self::seconds) change at once.
     pub fn collect(&mut self, view: usize, change: &Change) {
         self.seconds[change.from[1] as usize] -= change.count;
         self.seconds[change.to[1] as usize] += change.count;
@@ -92,12 +95,12 @@ impl Areas {
         self.pending.rows.len()
     }
 
-    /// The `i`-th waiting row.
+    /// Index of the `i`-th waiting row.
     pub fn pending_row(&self, i: usize) -> usize {
         self.pending.rows[i] as usize
     }
 
-    /// Writes the `i`-th waiting row's areas as they will be to `new`, and gives their sum.
+    /// Writes the areas that the `i`-th waiting row will have to `new` and returns their sum.
     pub fn pending_areas(&self, i: usize, new: &mut [u32]) -> u32 {
         let deltas = &self.pending.deltas[i * self.views..][..self.views];
         let old = self.row(self.pending_row(i));
@@ -111,7 +114,7 @@ impl Areas {
             .sum()
     }
 
-    /// Makes the collected changes.
+    /// Applies the collected changes.
     pub fn commit(&mut self) {
         for (i, &row) in self.pending.rows.iter().enumerate() {
             let row = row as usize;

@@ -1,4 +1,5 @@
-//! From a plant to the fragments of all views: triangles projected on the CPU, covered by a rasteriser, sorted by depth.
+//! Capture of the fragments of all views: triangles are projected on the CPU, covered by a
+//! rasteriser and sorted by depth.
 
 use super::{
     fragments::{AlphaTest, Coverage, FragmentSource, NO_MASK, ViewTriangles},
@@ -9,27 +10,28 @@ use super::{
 use crate::{Error, Result};
 use rayon::prelude::*;
 
-/// One view's triangles with what their depths need.
+/// Projected triangles of one view, with their alpha tests and depth planes.
 struct Prepared {
     screen: Vec<[[i32; 2]; 3]>,
     alpha: Vec<AlphaTest>,
     depth: Vec<DepthPlane>,
 }
 
-/// All views of a plant.
+/// Captured views of a plant.
 pub struct Captured {
     /// One per view.
     pub layers: Vec<Layers>,
-    /// For each leaf the pixels of all views that it covers, seen or not.
+    /// For each leaf, the number of pixels over all views that it covers, visible or not.
     pub covered: Vec<u32>,
-    /// Fragments in all: each leaf once per pixel and triangle.
+    /// Number of fragments in all views: each leaf counts once per pixel and triangle.
     pub fragments: u64,
 }
 
-/// Captures every view of `shapes` through `source`, every leaf at scale 1. `advance` is told how many views are done and answers whether to go on.
+/// Captures every view of `shapes` through `source`, with every leaf at scale 1. `advance` receives
+/// the number of views done and returns whether to continue.
 ///
 /// # Errors
-/// Those of the source; [`Error::Interrupted`] when `advance` says no.
+/// The errors of the source; [`Error::Interrupted`] if `advance` returns false.
 pub fn capture(
     shapes: &Shapes,
     views: &ViewSet,
@@ -39,10 +41,11 @@ pub fn capture(
     capture_at(shapes, views, |_| Some(1.0), source, advance)
 }
 
-/// As [`capture`], each leaf at its scale, and those left out that have none.
+/// Same as [`capture`], but with each leaf at its own scale. Leaves for which `scale` returns
+/// `None` are left out.
 ///
 /// # Errors
-/// As [`capture`].
+/// Same as [`capture`].
 pub fn capture_at(
     shapes: &Shapes,
     views: &ViewSet,
@@ -85,10 +88,10 @@ pub fn capture_at(
     Ok(captured)
 }
 
-/// Only covers the pixels of every view; the number of fragments.
+/// Rasterises every view without sorting and returns the number of fragments.
 ///
 /// # Errors
-/// Those of the source.
+/// The errors of the source.
 pub fn cover_views(shapes: &Shapes, views: &ViewSet, source: &mut dyn FragmentSource) -> Result<u64> {
     let mut fragments = 0;
     let mut coverage = Vec::new();
@@ -100,7 +103,7 @@ pub fn cover_views(shapes: &Shapes, views: &ViewSet, source: &mut dyn FragmentSo
     Ok(fragments)
 }
 
-/// The row of each triangle: its leaf, or for the wood the row after the background's.
+/// Row of each triangle: its leaf or, for the wood, the row after the background's.
 fn owners(shapes: &Shapes) -> Vec<u32> {
     let leaves = shapes.shapes.len() - 1;
     let mut owners = Vec::with_capacity(shapes.triangles.len());
@@ -111,7 +114,8 @@ fn owners(shapes: &Shapes) -> Vec<u32> {
     owners
 }
 
-/// The wood always takes part.
+/// Projects the triangles of one view. Triangles of leaves without a scale become degenerate; the
+/// wood is always included.
 fn prepare(shapes: &Shapes, views: &ViewSet, view: usize, scale: &impl Fn(usize) -> Option<f32>) -> Prepared {
     let camera = &views.views[view];
     let count = shapes.triangles.len();

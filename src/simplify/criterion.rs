@@ -1,10 +1,11 @@
-//! What decides which leaf goes next: the seam that every criterion stands behind.
+//! Pruning criteria: the interface that chooses the next leaf, and two simple implementations.
 
 use super::{
     appearance::{Appearance, COVERAGE},
     areas::Areas,
-    layers::{Change, Layers},
-    price::{Gain, Price, STEPS},
+    change::{Change, Gain},
+    layers::Layers,
+    price::{Price, STEPS},
     tournament::{Key, OUT, Tournament},
 };
 use std::sync::Arc;
@@ -14,26 +15,28 @@ use std::sync::Arc;
 pub struct Choice {
     /// The leaf.
     pub leaf: u32,
-    /// Its error, in the criterion's unit.
+    /// Error of pruning the leaf, in the criterion's unit.
     pub error: f64,
 }
 
 /// Scores every leaf and keeps the scores up to date.
 ///
-/// The choice must be exact: the leaf of least error, of those the one that stands directly behind the frontmost in the
-/// fewest pixels, of those the one of least index.
+/// The choice must be exact: the leaf with the least error; among equal errors, the leaf that is
+/// directly behind the frontmost polygon in the fewest pixels; among these, the leaf with the
+/// lowest index.
 pub trait Criterion {
-    /// Chooses among the remaining leaves; `None` when none remains.
+    /// Chooses among the remaining leaves. Returns `None` if there are none.
     fn choose(&mut self, areas: &Areas) -> Option<Choice>;
 
-    /// Takes a leaf out that is in no view.
+    /// Excludes a leaf that was pruned before the views were captured.
     fn retire(&mut self, leaf: u32);
 
-    /// Takes leaf `pruned` out and takes in what the step changed in each view. Commits `areas`.
+    /// Excludes leaf `pruned` and applies the step's changes, one slice per view. Commits `areas`.
     fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32);
 }
 
-/// Ties of equal error: fewest pixels directly behind the frontmost, then least index.
+/// Tie-break for equal errors: fewest pixels directly behind the frontmost polygon, then lowest
+/// index.
 pub(super) fn tie_break(areas: &Areas, leaf: u32) -> u64 {
     u64::from(areas.seconds(leaf as usize)) << 32 | u64::from(leaf)
 }
@@ -79,21 +82,23 @@ impl Criterion for VisibleArea {
     }
 }
 
-/// A leaf's error is how much more the views differ from those of the full plant without it (ours), and what the pixels
-/// that it leaves open are worth: below 0 where both are better without, which is recorded as 0. Recorded errors count in
-/// pixels of which as much is wrong as where a polygon stands for the background.
+/// Image criterion (ours): a leaf's error is how much pruning it increases the difference between
+/// the views and the full plant's, plus the price of the pixels that it leaves uncovered.
+///
+/// Errors are in pixels: 1 is the cost of showing a polygon where the background should be.
+/// Negative errors, where the views are better without the leaf, are recorded as 0.
 pub struct ImageLoss {
     appearance: Arc<Appearance>,
     price: Price,
-    /// The price that the tournament's keys hold.
+    /// Price used in the tournament's keys, in steps.
     steps: i64,
-    /// What pruning each leaf would gain: less than nothing, as a rule.
+    /// Gain of pruning each leaf; usually negative.
     gains: Vec<Gain>,
     tournament: Tournament,
 }
 
 impl ImageLoss {
-    /// Scores all leaves of freshly captured views, which keep their references.
+    /// Scores all leaves of freshly captured views, which must keep their references.
     pub fn new(appearance: Arc<Appearance>, price: Price, areas: &Areas, layers: &[Layers]) -> Self {
         let mut gains = vec![Gain::default(); areas.leaves];
         for (view, layers) in layers.iter().enumerate() {

@@ -1,29 +1,32 @@
-//! How far the errors of leaves before the background (or the wood) can have moved since they were computed.
+//! Bounds on how far the errors of leaves in front of the background (or the wood) can have moved
+//! since they were computed.
 //!
-//! Every pruning that uncovers sky changes the background's row, and with it a little the error of every leaf that would
-//! uncover sky: thousands. Instead of computing them all again, a lower bound is kept. A leaf that would uncover d(v)
-//! pixels of a polygon with areas a(v), D and A in sum, changes the views' information by
+//! Every pruning that uncovers sky changes the background's row, and thus slightly changes the
+//! error of every leaf that would uncover sky, which is thousands of leaves. Instead of recomputing
+//! them all, a lower bound is kept. A leaf that would uncover d(v) pixels of a polygon with areas
+//! a(v), where D and A are the sums over the views, changes the views' information by
 //!
 //! ```text
 //! g(v) = (a + d)(L(a + d) - L(A + D)) - a (L(a) - L(A))
 //! ```
 //!
-//! When a(v) moves by δ(v) and A by Δ, the sum over the views of the changes of |g(v)| is at most
+//! When a(v) moves by δ(v) and A by Δ, the changes of |g(v)|, summed over the views, are at most
 //!
 //! ```text
 //! sum |δ(v)| (L(1 + D / a(v)) + L(1 + D / A))  +  2 D L((A_max + D) / (A_min + D))
 //! ```
 //!
-//! with each a and A the smaller of before and after (∂g/∂a and ∂g/∂A integrated, d(v) <= D), plus |δ(v)| (1/ln 2) for
-//! each that starts or ends at 0. Bounds are kept for D up to each power of two. They only decide which errors are computed again,
-//! never which leaf is chosen.
+//! where each a and A is the smaller of its values before and after (∂g/∂a and ∂g/∂A integrated,
+//! d(v) <= D), plus |δ(v)| (1/ln 2) for each that starts or ends at 0. A bound is kept for D up to
+//! each power of two. Bounds only decide which errors are recomputed, never which leaf is chosen.
 
-/// Powers of two up to which D is told apart.
+/// Number of bounds, one for D up to each power of two.
 const BUCKETS: usize = 32;
-/// Bounds stay valid for about this many steps: fewer computes all of them more often, more loosens them (measured on the
-/// oak at 256 x 256: 64 steps 8.2 s, 256 steps 9.1 s).
+/// Approximate number of steps for which bounds stay valid. A lower value recomputes all of them
+/// more often, a higher one makes them looser (measured on the oak at 256 x 256: 64 steps 8.2 s,
+/// 256 steps 9.1 s).
 const EPOCH_STEPS: f64 = 64.0;
-/// Covers the rounding of the bound's own arithmetic.
+/// Factor that covers the rounding of the bound's own arithmetic.
 const SAFETY: f64 = 1.001;
 
 /// Accumulated movement of one polygon's row, in bits times pixels.
@@ -36,18 +39,20 @@ pub struct Drift {
 }
 
 impl Drift {
-    /// Nothing moved yet, and nothing may.
+    /// Creates a drift without movement and without allowance.
     pub fn new() -> Self {
         Self { so_far: [0.0; BUCKETS], allowed: [0.0; BUCKETS], epoch_start: [0.0; BUCKETS], steps: 0.0 }
     }
 
-    /// How far the error of a leaf that uncovers `uncovered` pixels in all may still move before the epoch ends.
+    /// Returns how far the error of a leaf that uncovers `uncovered` pixels in total may still move
+    /// before the epoch ends.
     pub fn allowance(&self, uncovered: u32) -> f64 {
         let bucket = bucket(uncovered);
         self.allowed[bucket] - self.so_far[bucket]
     }
 
-    /// Takes in one step's movement of the row; false when the epoch is over and every error must be computed again.
+    /// Adds one step's movement of the row. Returns false if the epoch is over and every error must
+    /// be recomputed.
     pub fn advance(&mut self, old: &[u32], new: &[u32]) -> bool {
         self.steps += 1.0;
         let total = |row: &[u32]| row.iter().map(|&area| f64::from(area)).sum::<f64>();
@@ -68,7 +73,8 @@ impl Drift {
         holds
     }
 
-    /// Starts an epoch: allows as much movement as the last one's pace would bring.
+    /// Starts an epoch that allows the movement of [`EPOCH_STEPS`] steps at the pace of the last
+    /// epoch.
     pub fn start_epoch(&mut self) {
         for bucket in 0..BUCKETS {
             let pace = (self.so_far[bucket] - self.epoch_start[bucket]) / self.steps.max(1.0);
@@ -79,7 +85,7 @@ impl Drift {
     }
 }
 
-/// L(1 + D / a), integrable at 0: there the integral from 0 to 1 adds 1 / ln 2.
+/// L(1 + D / a). It is singular but integrable at 0, where the integral from 0 to 1 adds 1 / ln 2.
 fn slope(uncovered: f64, area: f64) -> f64 {
     let at_zero = if area < 1.0 { std::f64::consts::LOG2_E } else { 0.0 };
     (1.0 + uncovered / area.max(1.0)).log2() + at_zero

@@ -1,64 +1,72 @@
-//! Which remaining leaf is enlarged for a pruned one, and to what scale.
+//! Choice of the remaining leaf that grows for a pruned one, and of its scale.
 //!
-//! `nearest`, after C. Gasch et al., "Multiresolution Foliage Rendering", section 4.1: the closest leaf is scaled "based on
-//! the error introduced when it is eliminated and on the size of the removed leaf". The paper prints no law. Here: distance
-//! is between centroids; scale is a linear factor about the target's pivot; and the target's surface area grows by the
-//! pruned leaf's *current* (already enlarged) area times its **seen share**, the pixels of all views that show it over those
-//! that it covers:
+//! `nearest`, after C. Gasch et al., "Multiresolution Foliage Rendering", section 4.1: the closest
+//! leaf is scaled "based on the error introduced when it is eliminated and on the size of the
+//! removed leaf". The paper gives no formula. Here, distance is measured between centroids, the
+//! scale is a linear factor about the target's pivot, and the target's surface area grows by the
+//! pruned leaf's *current* (already enlarged) area times its **visible share**, the number of
+//! pixels over all views in which it is visible divided by the number it covers:
 //!
 //! ```text
 //! area(target) + area(leaf) * visible(leaf) / covered(leaf)
 //! ```
 //!
-//! So a leaf that no view saw adds nothing, and one that hides behind others adds what will be missed. Adding all of its
-//! area instead blows up plants whose leaves hide each other (outline +76 % with 15 % of `CommonTree_1`'s leaves; +6 %
-//! with the share), and is slower, since leaves grow larger than needed.
+//! A leaf that is visible in no view therefore adds nothing, and one that is partly hidden adds
+//! only the area that will be missed. Adding its whole area instead inflates plants whose leaves
+//! hide each other (outline +76 % with 15 % of `CommonTree_1`'s leaves; +6 % with the share), and
+//! is slower, since leaves grow larger than needed.
 //!
-//! `silhouette` and `image` (ours) let the views decide: each of the 8 nearest leaves is tried with all of the
-//! pruned leaf's current area added; the one that brings the views closest to those of the full plant, as
-//! [`appearance`](super::appearance) compares them and [`price`](super::price) values coverage, is for `image` also tried
-//! with a quarter, half, twice and four times that; and the best of all grows, or nothing where nothing gains. (Trying every
-//! size of every candidate costs more than twice the time for the same result: RMSE within 1 % on the English oak.)
+//! `silhouette` and `image` (ours) let the views decide. Each of the 8 nearest leaves is tried with
+//! the pruned leaf's whole current area added; the best is the one that brings the views closest to
+//! the full plant's, as [`appearance`](super::appearance) compares them and [`price`](super::price)
+//! values coverage. For `image`, that leaf is also tried with a quarter, half, twice and four times
+//! the area. The best growth of all is applied, or none if none has a gain. (Trying every size of
+//! every candidate takes more than twice the time for the same result: RMSE within 1 % on the
+//! English oak.)
 //!
-//! Whatever the rule, no leaf grows farther out of the box around the plant's leaves than a tenth of its diagonal.
+//! Whatever the rule, no leaf grows out of the box around the plant's leaves by more than a tenth
+//! of its diagonal.
 //!
-//! Limits: with `nearest`, a target that is hidden itself shows only part of what it gains, so dense crowns thin out a
-//! little. Growth adds up along chains of targets, up to `max_scale` and the box; what lies beyond is lost.
+//! Limits: with `nearest`, a target that is itself hidden shows only part of its growth, so dense
+//! crowns thin out a little. Growth adds up along chains of targets, up to `max_scale` and the box;
+//! area beyond that is lost.
 
 use super::{neighbours::Neighbours, options::Compensate};
 use crate::{bounds::Aabb, leaf::LeafGeometry, plant::Plant};
 use glam::{DVec3, Vec3};
 
-/// How far leaves may grow out of the box around all leaves at full detail, in parts of its diagonal. Without room small
-/// plants beside each other in one low file vanish whole; with more of it the last few leaves of a small plant take over.
+/// Distance that leaves may grow out of the box around all leaves at full detail, as a fraction of
+/// its diagonal. Without a margin, small plants side by side in one low file disappear completely;
+/// with a larger one, the last few leaves of a small plant take over.
 const MARGIN: f64 = 0.1;
 
-/// How many of the nearest remaining leaves may grow for a pruned one.
+/// Number of nearest remaining leaves that may grow for a pruned one.
 const CANDIDATES: usize = 8;
-/// What else is tried of the target that does best with the whole lost area, in parts of that.
+/// Other growths that are tried for the best target, as multiples of the lost area.
 const OTHER_GROWTHS: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
 
-/// What a pruning does to its target.
+/// Growth of a target when a leaf is pruned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
-    /// The leaf that is enlarged.
+    /// Leaf that is enlarged.
     pub target: u32,
-    /// Its scale before.
+    /// Scale before.
     pub from: f32,
-    /// Its scale after; equal where nothing is added.
+    /// Scale after; equal to `from` if nothing is added.
     pub to: f32,
 }
 
-/// What is to be done about a pruned leaf.
+/// Compensation for a pruned leaf.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Plan {
-    /// This, whatever the views show.
+    /// Apply this growth without judging it.
     Grow(Growth),
-    /// What gains most of these, the first of equals, and of the other growths of the same target; or nothing.
+    /// Apply the growth with the highest score, the first of equal ones: one of these, another
+    /// growth of the best target, or none if none has a gain.
     Judge {
-        /// The pruned leaf's surface area at its current scale.
+        /// Surface area of the pruned leaf at its current scale.
         lost_area: f64,
-        /// Each candidate grown by it, nearest first.
+        /// Growth of each candidate by the lost area, nearest first.
         growths: Vec<Growth>,
     },
 }
@@ -67,21 +75,22 @@ pub enum Plan {
 pub struct Enlarger {
     rule: Compensate,
     nearest: Vec<u32>,
-    /// Largest scale each leaf may reach.
+    /// Largest scale of each leaf.
     caps: Vec<f64>,
     /// Current linear scale of each leaf.
     pub scales: Vec<f32>,
-    /// Which leaves are pruned.
+    /// Whether each leaf is pruned.
     pub dead: Vec<bool>,
-    /// For each leaf the pixels of all views that it covers at its current scale, seen or not.
+    /// For each leaf, the number of pixels over all views that it covers at its current scale,
+    /// visible or not.
     pub covered: Vec<u32>,
-    /// Surface area at scale 1.
+    /// Surface area of each leaf at scale 1.
     areas: Vec<f64>,
     neighbours: Neighbours,
 }
 
 impl Enlarger {
-    /// All leaves of `plant` at scale 1; `covered` as the field.
+    /// Starts with all leaves of `plant` at scale 1. `covered` is the initial value of the field.
     pub fn new(plant: &Plant, covered: Vec<u32>, rule: Compensate, max_scale: f32) -> Self {
         let (areas, centroids): (Vec<f64>, Vec<Vec3>) =
             (0..plant.leaves.len()).map(|leaf| area_and_centroid(plant, leaf)).unzip();
@@ -97,8 +106,8 @@ impl Enlarger {
         }
     }
 
-    /// Takes a leaf out and tells what may grow for it; `None` when it was the last. `visible`: the pixels of all views
-    /// that show the leaf.
+    /// Removes a leaf and returns its compensation, or `None` if it was the last. `visible` is the
+    /// number of pixels over all views in which the leaf is frontmost.
     pub fn prune(&mut self, leaf: u32, visible: u32) -> Option<Plan> {
         self.neighbours.remove(leaf);
         self.dead[leaf as usize] = true;
@@ -118,7 +127,7 @@ impl Enlarger {
         Some(Plan::Grow(self.growth(nearest, self.area(leaf) * seen)))
     }
 
-    /// The other growths of a target that gained most of all targets.
+    /// Returns the other growths to try for the target that was best with the whole lost area.
     pub fn other_growths(&self, target: u32, lost_area: f64) -> Vec<Growth> {
         match self.rule {
             Compensate::Image => OTHER_GROWTHS.iter().map(|share| self.growth(target, lost_area * share)).collect(),
@@ -130,19 +139,21 @@ impl Enlarger {
         Growth { target, from: self.scales[target as usize], to: self.with_area(target, area) }
     }
 
-    /// Enlarges the target; `covered` are the pixels of all views that it covers since, seen or not.
+    /// Enlarges the target. `covered` is the number of pixels over all views that it covers
+    /// afterwards, visible or not.
     pub fn grow(&mut self, growth: Growth, covered: u32) {
         self.scales[growth.target as usize] = growth.to;
         self.covered[growth.target as usize] = covered;
     }
 
-    /// A leaf's surface area at its current scale.
+    /// Surface area of a leaf at its current scale.
     fn area(&self, leaf: u32) -> f64 {
         let scale = f64::from(self.scales[leaf as usize]);
         self.areas[leaf as usize] * (scale * scale)
     }
 
-    /// The target's scale with `area` added to its own, capped; never less than it is.
+    /// Scale of the target with `area` added to its own, capped but never less than the current
+    /// scale.
     fn with_area(&self, target: u32, area: f64) -> f32 {
         let current = self.scales[target as usize];
         let rest = self.areas[target as usize];
@@ -154,7 +165,8 @@ impl Enlarger {
     }
 }
 
-/// The scale at which each leaf would first be [`MARGIN`] out of the box around all leaves: at least 1, at most `max_scale`.
+/// Scale at which each leaf would first be [`MARGIN`] out of the box around all leaves: at least 1,
+/// at most `max_scale`.
 fn caps(plant: &Plant, max_scale: f64) -> Vec<f64> {
     let all = Aabb::of_points(plant.vertices.iter().map(|vertex| vertex.position));
     let [low, high] = [all.min, all.max].map(|corner| Vec3::from(corner).as_dvec3());
@@ -175,7 +187,7 @@ fn caps(plant: &Plant, max_scale: f64) -> Vec<f64> {
     plant.leaves.iter().map(cap).collect()
 }
 
-/// Surface area, and its centroid (the mean vertex where there is no area).
+/// Surface area of a leaf and its centroid (the mean vertex if there is no area).
 fn area_and_centroid(plant: &Plant, leaf: usize) -> (f64, Vec3) {
     let leaf = &plant.leaves[leaf];
     let (mut doubled_area, mut weighted) = (0.0, DVec3::ZERO);
@@ -208,7 +220,7 @@ mod tests {
         })
     }
 
-    /// Squares of side 1 in a row along x, a tall one last.
+    /// Squares of side 1 in a row along x, followed by one of side 4.
     fn row() -> Plant {
         let mut plant = Plant::default();
         for (x, side) in [(0.0, 1.0), (1.5, 1.0), (3.5, 1.0), (10.0, 4.0)] {
@@ -217,12 +229,12 @@ mod tests {
         plant
     }
 
-    /// Every leaf covers 10 pixels.
+    /// An enlarger in which every leaf covers 10 pixels.
     fn enlarger(rule: Compensate, max_scale: f32) -> Enlarger {
         Enlarger::new(&row(), vec![10; 4], rule, max_scale)
     }
 
-    /// Prunes by a rule that asks no view.
+    /// Prunes by a rule that does not use the views.
     fn prune(enlarger: &mut Enlarger, leaf: u32, visible: u32) -> Option<Growth> {
         match enlarger.prune(leaf, visible)? {
             Plan::Grow(growth) => {

@@ -1,15 +1,17 @@
-//! The seam between rasterisers and the simplifier: triangles of one view in, (pixel, triangle) pairs out.
+//! Interface between rasterisers and the simplifier: triangles of one view in, (pixel, triangle)
+//! pairs out.
 //!
-//! A rasteriser only decides *which pixels a triangle covers*: the sample rule (pixel centres, top-left, positions snapped
-//! to 1/256 pixel) and the alpha test. Depth, hidden-surface order and everything after are computed by the simplifier
-//! from the same numbers whichever rasteriser answered, so two rasterisers that cover the same pixels give the same model.
+//! A rasteriser only decides *which pixels a triangle covers*: the sample rule (pixel centres,
+//! top-left, positions snapped to 1/256 pixel) and the alpha test. The simplifier computes depth,
+//! visibility and everything after that from the same numbers for every rasteriser, so two
+//! rasterisers that cover the same pixels give the same model.
 
 use crate::{Result, material::Wrap};
 
-/// `mask` of a triangle that needs no alpha test.
+/// Value of `mask` for a triangle that needs no alpha test.
 pub const NO_MASK: u32 = u32::MAX;
 
-/// One triangle covering one pixel of a view.
+/// A triangle that covers a pixel of a view.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Coverage {
@@ -19,58 +21,61 @@ pub struct Coverage {
     pub triangle: u32,
 }
 
-/// The alpha test of one triangle in one view; all zero except `mask` where there is none.
+/// Alpha test of one triangle in one view; all zero except `mask` if there is none.
 ///
-/// With `p = (x - anchor.x, y - anchor.y)` for pixel (x, y) counted in whole pixels, `plane(c) = c[0] * p.x + (c[1] * p.y +
-/// c[2])` and `w = 1 / plane(q)`, all in `f32`, the texture coordinates are `(plane(u) * w, plane(v) * w)`: perspective
-/// correct, each quantity being affine on the screen once divided by w.
+/// With `p = (x - anchor.x, y - anchor.y)` for pixel (x, y) in whole pixels,
+/// `plane(c) = c[0] * p.x + (c[1] * p.y + c[2])` and `w = 1 / plane(q)`, all in `f32`, the texture
+/// coordinates are `(plane(u) * w, plane(v) * w)`. This is perspective-correct, since each quantity
+/// divided by w is affine in screen space.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct AlphaTest {
-    /// u/w as a plane over the screen.
+    /// u/w as a plane in screen space.
     pub u: [f32; 3],
-    /// v/w as a plane over the screen.
+    /// v/w as a plane in screen space.
     pub v: [f32; 3],
-    /// 1/w as a plane over the screen.
+    /// 1/w as a plane in screen space.
     pub q: [f32; 3],
-    /// Whole pixel near the triangle, from which the planes count.
+    /// Whole pixel near the triangle that is the origin of the planes.
     pub anchor: [f32; 2],
-    /// Index into the masks, or [`NO_MASK`].
+    /// Index into the masks; `u32::MAX` for none.
     pub mask: u32,
 }
 
-/// Which texels of a material's texture cover: alpha tested once, one bit each.
+/// Opaque texels of a material's texture: the result of the alpha test, one bit per texel.
 ///
-/// Texel (i, j) is bit `k % 32` of word `k / 32`, `k = j * width + i`. Texture coordinate u falls into texel
-/// `floor(u * width)`, brought into `0..width` by the wrap mode.
+/// Texel (i, j) is bit `k % 32` of word `k / 32`, where `k = j * width + i`. Texture coordinate u
+/// falls into texel `floor(u * width)`, mapped to `0..width` by the wrap mode.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AlphaMask {
-    /// Texels in a row, at least 1.
+    /// Number of texels in a row, at least 1.
     pub width: u32,
-    /// Rows, at least 1.
+    /// Number of rows, at least 1.
     pub height: u32,
     /// Wrap mode along u and v.
     pub wrap: [Wrap; 2],
-    /// One bit a texel.
+    /// One bit per texel.
     pub bits: Vec<u32>,
 }
 
-/// One view's triangles as a rasteriser takes them: snapped to 1/256 pixel already, so that coverage is a matter of
-/// integers. None is clipped by near or far.
+/// Triangles of one view, as a rasteriser receives them. Positions are already snapped to 1/256
+/// pixel, so that coverage takes only integers. Triangles are not clipped to the near and far
+/// planes.
 #[derive(Debug, Clone, Copy)]
 pub struct ViewTriangles<'a> {
     /// Width and height in pixels.
     pub resolution: u32,
-    /// Corners of each triangle as (x right, y down) in 1/256 pixel from the centre of the top left pixel. A triangle that
-    /// no rasteriser may draw has three equal corners.
+    /// Corners of each triangle as (x right, y down) in 1/256 pixel from the centre of the top left
+    /// pixel. A triangle that must not be drawn has three equal corners.
     pub screen: &'a [[[i32; 2]; 3]],
     /// One per triangle.
     pub alpha: &'a [AlphaTest],
 }
 
 impl ViewTriangles<'_> {
-    /// A corner as a clip position with w = 1 for wgpu (x right, y up, both -1 to 1): the viewport transform gives back the
-    /// snapped position exactly where the resolution is a power of two, and to far less than half a step otherwise.
+    /// Converts a corner to a clip-space position with w = 1 for wgpu (x right, y up, both -1 to
+    /// 1). The viewport transform restores the snapped position exactly if the resolution is a
+    /// power of two, and to far less than half a step otherwise.
     pub fn clip_from_screen(&self, corner: [i32; 2]) -> [f32; 4] {
         let half = f64::from(self.resolution) * 0.5;
         let ndc = |snapped: i32| ((f64::from(snapped) / 256.0 + 0.5) / half - 1.0) as f32;
@@ -78,29 +83,30 @@ impl ViewTriangles<'_> {
     }
 }
 
-/// A rasteriser of fragments. Implemented by [`CpuFragments`](super::raster::CpuFragments) and by the wgpu pass.
+/// A rasteriser of fragments, implemented by [`CpuFragments`](super::raster::CpuFragments) and by
+/// the wgpu pass.
 pub trait FragmentSource: Send {
-    /// What answered, for the model's metadata: the adapter's name, or `None` for the CPU.
+    /// Name of the adapter, for the model's metadata, or `None` for the CPU.
     fn adapter(&self) -> Option<String>;
 
-    /// Takes the plant's alpha masks, once before the first view.
+    /// Receives the plant's alpha masks, once before the first view.
     ///
     /// # Errors
-    /// [`Gpu`](crate::Error::Gpu) or [`TooLarge`](crate::Error::TooLarge) when they do not fit.
+    /// [`Gpu`](crate::Error::Gpu) or [`TooLarge`](crate::Error::TooLarge) if they do not fit.
     fn prepare(&mut self, masks: &[AlphaMask]) -> Result<()>;
 
-    /// Appends every (pixel, triangle) that `view` covers to `out`, in any order, each once; all triangles are two-sided
-    /// and nothing hides anything.
+    /// Appends every (pixel, triangle) pair that `view` covers to `out`, each once and in any
+    /// order. All triangles are two-sided, and none hides another.
     ///
     /// # Errors
-    /// [`Gpu`](crate::Error::Gpu) when the device fails.
+    /// [`Gpu`](crate::Error::Gpu) if the device fails.
     fn capture(&mut self, view: ViewTriangles<'_>, out: &mut Vec<Coverage>) -> Result<()>;
 
-    /// [`capture`](Self::capture) for several views, `out[i]` for `views[i]`; a source that can work on several at once
-    /// overrides it.
+    /// Same as [`capture`](Self::capture) for several views: `out[i]` receives the pairs of
+    /// `views[i]`. A source that can process several views at once overrides it.
     ///
     /// # Errors
-    /// As [`capture`](Self::capture).
+    /// Same as [`capture`](Self::capture).
     fn capture_batch(&mut self, views: &[ViewTriangles<'_>], out: &mut [Vec<Coverage>]) -> Result<()> {
         views.iter().zip(out).try_for_each(|(&view, out)| self.capture(view, out))
     }

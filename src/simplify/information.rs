@@ -1,30 +1,35 @@
-//! Logarithms in fixed point, so that sums of information are integers: exact, in any order, on every machine.
+//! Fixed-point logarithms that make sums of information integers: exact, in any order, on every
+//! machine.
 //!
-//! With a_z(v) the visible area of polygon z in view v (pixels), A_z its sum over the views, and L = log2, a view's part of
-//! the viewpoint mutual information (Castelló, Sbert, Chover, Feixas, "Viewpoint-driven simplification using mutual
-//! information", Computers & Graphics 32(4), 2008; in the form of the reference code of limdor/quoniam, VMI.cpp) is
+//! Let a_z(v) be the visible area of polygon z in view v (pixels), A_z its sum over the views, and
+//! L = log2. A view's part of the viewpoint mutual information (Castelló, Sbert, Chover, Feixas,
+//! "Viewpoint-driven simplification using mutual information", Computers & Graphics 32(4), 2008; in
+//! the form of the reference code of limdor/quoniam, VMI.cpp) is
 //!
 //! ```text
 //! I(v) = F(v) / a_t(v) + L(A) - L(a_t(v)),    F(v) = sum over z of a_z(v) (L(a_z(v)) - L(A_z))
 //! ```
 //!
-//! With the background as one more polygon a_t and A are constants, so errors are compared by F alone. L is rounded once,
-//! to a fraction of [`FixedLog::fraction_bits`] bits; F is then a sum of products of integers and has no rounding left:
-//! incremental sums equal sums from scratch bit for bit.
+//! With the background as one more polygon, a_t and A are constants, so errors are compared by F
+//! alone. L is rounded once, to [`FixedLog::fraction_bits`] fraction bits. F is then a sum of
+//! products of integers without further rounding, so incremental sums equal sums from scratch bit
+//! for bit.
 //!
-//! Limits: areas up to 2^32, and sums stay within `i64` for at most `max_area` pixels over all views.
+//! Limits: areas are at most 2^32, and sums stay within `i64` for at most `max_area` pixels over
+//! all views.
 
 use libm::log2;
 
-/// Rounding happens from this precision, so that results equal the correctly rounded logarithm but for one in 2^20.
+/// Precision before rounding, in bits: results equal the correctly rounded logarithm except for one
+/// in 2^20.
 const INTERNAL_BITS: u32 = 58;
-/// Arguments below `1 << TABLE_BITS` are looked up, larger ones take three terms of a series.
+/// Arguments below `1 << TABLE_BITS` are looked up; larger ones also take four terms of a series.
 const TABLE_BITS: u32 = 16;
-/// Precision at which the table is summed up: 65,536 roundings still leave more than `INTERNAL_BITS`.
+/// Precision at which the table is summed: after 65,536 roundings it still exceeds `INTERNAL_BITS`.
 const SERIES_BITS: u32 = 120;
-/// Most fraction bits: more would not change any order.
+/// Largest number of fraction bits; more would not change any order.
 const MAX_FRACTION_BITS: u32 = 36;
-/// Sums stay below two to this.
+/// Sums stay below two to this power.
 const SUM_BITS: f64 = 62.0;
 
 /// Table of `log2(n)` in steps of `2^-fraction_bits`.
@@ -36,9 +41,10 @@ pub struct FixedLog {
 }
 
 impl FixedLog {
-    /// A table for sums over at most `max_area` pixels (views times pixels of a view).
+    /// Creates a table for sums over at most `max_area` pixels (the number of views times the
+    /// pixels of a view).
     ///
-    /// The fraction gets as many bits as keep the sum over all views of any error within `i64`.
+    /// Uses as many fraction bits as keep the sum of any error over all views within `i64`.
     pub fn new(max_area: u64) -> Self {
         let area = max_area.max(2) as f64;
         let headroom = SUM_BITS - log2(area * log2(area)).ceil() - 1.0;
@@ -48,12 +54,13 @@ impl FixedLog {
         Self { fraction_bits, rounded, internal }
     }
 
-    /// Bits after the point.
+    /// Number of fraction bits.
     pub fn fraction_bits(&self) -> u32 {
         self.fraction_bits
     }
 
-    /// `log2(n)` rounded to the nearest step; 0 for n = 0, whose every product with an area of 0 vanishes.
+    /// `log2(n)` rounded to the nearest step. Returns 0 for n = 0, where the product with the area
+    /// of 0 vanishes anyway.
     #[inline]
     pub fn log2(&self, n: u32) -> i64 {
         match self.rounded.get(n as usize) {
@@ -62,15 +69,16 @@ impl FixedLog {
         }
     }
 
-    /// What a polygon of `before` pixels gains by `handed` more, `log_after` being the logarithm of its new sum:
-    /// (a + d) L(a + d) - a L(a) - d L(A + D).
+    /// Increase of the term of a polygon of `before` pixels that receives `handed` more, where
+    /// `log_after` is the logarithm of its new sum: (a + d) L(a + d) - a L(a) - d L(A + D).
     #[inline]
     pub fn handed_over(&self, before: u32, handed: u32, log_after: i64) -> i64 {
         let after = before + handed;
         i64::from(after) * self.log2(after) - i64::from(before) * self.log2(before) - i64::from(handed) * log_after
     }
 
-    /// For n = h 2^s + l with h from the upper half of the table: s + log2(h) + log2(1 + x), x = l / (h 2^s) < 2^-15.
+    /// For n = h 2^s + l, with h from the upper half of the table: s + log2(h) + log2(1 + x), where
+    /// x = l / (h 2^s) < 2^-15.
     #[cold]
     fn internal_log2(&self, n: u32) -> u64 {
         let shift = u32::BITS - TABLE_BITS - n.leading_zeros();
@@ -85,7 +93,7 @@ impl FixedLog {
         (u64::from(shift) << INTERNAL_BITS) + self.internal[head as usize] + log2 as u64
     }
 
-    /// A fixed-point sum as a number of bits of information.
+    /// Converts a fixed-point sum to bits of information.
     pub fn to_bits(&self, sum: i64) -> f64 {
         sum as f64 / (1_u64 << self.fraction_bits) as f64
     }
@@ -93,10 +101,10 @@ impl FixedLog {
 
 /// log2(e) = 1.4426950408889634... in steps of 2^-63, truncated.
 const LOG2_E: u128 = 13_306_513_097_844_322_491;
-/// Bits after the point of [`LOG2_E`].
+/// Number of fraction bits of [`LOG2_E`].
 const LOG2_E_BITS: u32 = 63;
 
-/// log2 of 0 (as 0) to `2^TABLE_BITS - 1` in steps of `2^-INTERNAL_BITS`, summed up from
+/// log2 of 0 (stored as 0) to `2^TABLE_BITS - 1` in steps of `2^-INTERNAL_BITS`, summed up from
 /// ln(n + 1) - ln(n) = 2 atanh(1 / (2n + 1)).
 fn internal_table() -> Vec<u64> {
     let mut table = vec![0, 0];
@@ -125,7 +133,8 @@ fn round(internal: u64, fraction_bits: u32) -> i64 {
 mod tests {
     use super::*;
 
-    /// Digit by digit: squaring doubles the logarithm, each time the square reaches 2 the next bit is 1.
+    /// Computes the logarithm bit by bit: squaring doubles it, and each time the square reaches 2
+    /// the next bit is 1.
     fn log2_by_squaring(n: u32, bits: u32) -> i64 {
         let whole = n.ilog2();
         let mut mantissa = u128::from(n) << (63 - whole);
@@ -162,7 +171,7 @@ mod tests {
         for (views, resolution) in [(4, 1), (20, 128), (20, 256), (20, 512), (20, 2048)] {
             let max_area = views * resolution * resolution;
             let log = FixedLog::new(max_area);
-            // Each |F| is at most a_t L(A); an error adds differences of two over all views.
+            // Each |F| is at most a_t L(A); an error sums the differences of two over all views.
             let bound = 2 * i128::from(max_area) * i128::from(log.log2(max_area as u32));
             assert!(bound <= i128::from(i64::MAX), "{resolution}: {} bits", log.fraction_bits());
             assert!(log.fraction_bits() >= 28);

@@ -1,18 +1,21 @@
-//! Per view and pixel, the live fragments from front to back: removing or growing a leaf never renders anything again.
+//! Live fragments of one view, sorted front to back in each pixel, so that nothing has to be
+//! rendered again when a leaf is removed or grows.
 //!
-//! Each pixel holds its two nearest fragments in its record and the deeper ones on a stack, nearest on top. A pruned leaf
-//! vanishes from front and second place at once and from the stacks when they are next looked at. What happened is told
-//! as [`Change`]s of (front, second) pairs, from which areas and criteria follow.
+//! Each pixel keeps its two nearest fragments in its record and the deeper ones on a stack, nearest
+//! on top. A pruned leaf is removed from the front and second places at once; its fragments on the
+//! stacks are dropped when they are next visited. Every update is recorded as [`Change`]s of
+//! (front, second) pairs, from which areas and criteria are updated.
 
 use super::{
     appearance::ViewLook,
+    change::{Change, Gain},
     footprint::Footprint,
     fragments::Coverage,
     occlusion::{Extent, Farthest},
-    price::Gain,
 };
 
-/// A fragment packed so that nearer is less: depth in the upper half, leaf in the lower, which also breaks ties.
+/// A fragment packed into one integer that is smaller when nearer: depth in the upper half, leaf
+/// index in the lower, which also breaks ties.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 struct Fragment(u64);
 
@@ -30,64 +33,52 @@ impl Fragment {
     }
 }
 
-/// `count` pixels whose frontmost and second polygons changed. Leaves count from 0, then come background and wood.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Change {
-    /// (front, second) before.
-    pub from: [u32; 2],
-    /// (front, second) after.
-    pub to: [u32; 2],
-    /// What is in front there at full detail; the background where that is not kept.
-    pub reference: u32,
-    /// Number of pixels.
-    pub count: u32,
-}
-
 #[derive(Debug, Clone, Copy)]
 struct Pixel {
     front: Fragment,
     second: Fragment,
-    /// First slot of the stack.
+    /// Index of the stack's first slot.
     start: u32,
-    /// Fragments on the stack, dead ones included.
+    /// Number of fragments on the stack, including dead ones.
     len: u32,
-    /// Slots of the stack.
+    /// Number of slots reserved for the stack.
     capacity: u32,
-    /// Depth of the wood behind all leaves, or [`NO_WOOD`].
+    /// Depth of the nearest wood, or [`NO_WOOD`]. Leaves behind it are not kept.
     wood_depth: u32,
 }
 
-/// Depth of the wood where there is none: the background lies behind everything.
+/// Wood depth of a pixel without wood; the background lies behind everything.
 const NO_WOOD: u32 = u32::MAX;
 
-/// One view's fragments.
+/// Fragments of one view.
 #[derive(Debug)]
 pub struct Layers {
     pixels: Vec<Pixel>,
     stacks: Vec<Fragment>,
-    /// Slots of stacks that moved elsewhere to grow.
+    /// Number of slots abandoned by stacks that moved to grow.
     abandoned: usize,
-    /// Number of leaves: the background's row; the wood's is the next.
+    /// Number of leaves, which is also the background's row; the wood's row is the next.
     leaves: u32,
-    /// What is in front at each pixel at full detail; empty where that is not kept.
+    /// Frontmost polygon of each pixel at full detail; empty if references are not kept.
     reference: Vec<u32>,
-    /// Kept with the reference.
+    /// Occlusion data; `None` if references are not kept.
     farthest: Option<Farthest>,
-    /// What the last calls changed, since it was last cleared.
+    /// Changes recorded since this list was last cleared.
     pub changes: Vec<Change>,
 }
 
-/// Stacks are packed anew when more than this part of their slots was abandoned.
+/// Fraction of abandoned slots above which all stacks are repacked.
 const MAX_ABANDONED: f64 = 0.25;
-/// Slots of a stack that grows for the first time.
+/// Smallest capacity of a stack that has grown.
 const LEAST_CAPACITY: u32 = 4;
 
 impl Layers {
-    /// Sorts captured coverage into pixels.
+    /// Sorts captured coverage into the fragments of each pixel.
     ///
-    /// `depth(coverage)` is the depth of one entry and `leaf_of(triangle)` its leaf; the wood's triangles give
-    /// `leaves + 1`. Fragments behind the wood are dropped: nothing ever uncovers them. Every pixel that a leaf covers, even
-    /// there, is counted in its entry of `covered`.
+    /// `depth(coverage)` returns the depth of an entry and `leaf_of(triangle)` the leaf of a
+    /// triangle, or `leaves + 1` for the wood, where `leaves` is the length of `covered`. Fragments
+    /// behind the wood are dropped, since nothing ever uncovers them. Adds the number of pixels
+    /// that each leaf covers, including pixels behind the wood, to its entry in `covered`.
     pub fn new(
         pixels: usize,
         coverage: &[Coverage],
@@ -145,24 +136,26 @@ impl Layers {
         }
     }
 
-    /// Keeps what is in front of every pixel of `full`, the same view at full detail, as what should be.
+    /// Keeps `full`, the frontmost polygon of every pixel of the same view at full detail, as the
+    /// reference.
     pub fn keep_reference(&mut self, full: Vec<u32>) {
         self.reference = full;
         self.farthest = Some(Farthest::new(self.pixels.len()));
     }
 
-    /// What is in front of every pixel.
+    /// Returns the frontmost polygon of every pixel.
     pub fn front_rows(&self) -> Vec<u32> {
         self.pixels.iter().map(|pixel| pixel.front.leaf()).collect()
     }
 
-    /// What should be in front of every pixel, with what is in front and second; `None` where that is not kept.
+    /// Iterates over the reference and the (front, second) pair of every pixel. Returns `None` if
+    /// references are not kept.
     pub fn references(&self) -> Option<impl Iterator<Item = (u32, [u32; 2])> + '_> {
         (!self.reference.is_empty()).then(|| self.reference.iter().copied().zip(self.fronts()))
     }
 
-    /// How much less the view would differ from its reference with a leaf's footprint changed from `old` to `new`, of
-    /// which fragments are needed that are in front now, or would be.
+    /// Returns the gain of changing a leaf's footprint from `old` to `new`. The footprints need
+    /// only the fragments that are frontmost now or would become frontmost.
     pub fn gain(&self, leaf: u32, old: &Footprint, new: &Footprint, look: ViewLook<'_>) -> Gain {
         let mut gain = Gain::default();
         for &(index, _) in &new.fragments {
@@ -178,35 +171,36 @@ impl Layers {
         gain
     }
 
-    /// Whether a leaf's fragment would be in front.
+    /// Whether a fragment of `leaf` at `depth` would be frontmost at pixel `index`.
     pub fn would_show(&self, index: u32, depth: u32, leaf: u32) -> bool {
         let Pixel { front, second, .. } = self.pixels[index as usize];
         Fragment::new(depth, leaf) < if front.leaf() == leaf { second } else { front }
     }
 
-    /// Whether a leaf is in front.
+    /// Whether `leaf` is frontmost at pixel `index`.
     pub fn shows(&self, index: u32, leaf: u32) -> bool {
         self.pixels[index as usize].front.leaf() == leaf
     }
 
-    /// Prepares [`hides`](Self::hides) after changes.
+    /// Updates the occlusion data that [`hides`](Self::hides) uses.
     pub fn refresh(&mut self) {
         if let Some(farthest) = &mut self.farthest {
             farthest.refresh(|pixel| self.pixels[pixel].front.depth());
         }
     }
 
-    /// Nothing within `extent` can come to the front. False where the reference is not kept.
+    /// Whether everything within `extent` is hidden. Conservative: may return false for a hidden
+    /// extent, and always does if references are not kept.
     pub fn hides(&self, extent: &Extent) -> bool {
         self.farthest.as_ref().is_some_and(|farthest| farthest.hides(extent))
     }
 
-    /// (front, second) of every pixel.
+    /// Iterates over the (front, second) pairs of all pixels.
     pub fn fronts(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         self.pixels.iter().map(|pixel| pixel.pair())
     }
 
-    /// Takes away a leaf that was just marked dead, given its footprint or its outline.
+    /// Removes a leaf that was just marked dead. `footprint` is its footprint or its outline.
     pub fn remove(&mut self, leaf: u32, footprint: &Footprint, dead: &[bool]) {
         for &(index, _) in &footprint.fragments {
             let from = self.pixels[index as usize].pair();
@@ -216,7 +210,7 @@ impl Layers {
         }
     }
 
-    /// Replaces a leaf's footprint by another, touching only pixels in which they differ.
+    /// Replaces a leaf's footprint `old` with `new`, touching only the pixels where they differ.
     pub fn regrow(&mut self, leaf: u32, old: &Footprint, new: &Footprint, dead: &[bool]) {
         for &(index, depth) in &new.fragments {
             let old_depth = old.depth_at(index);
@@ -242,7 +236,7 @@ impl Layers {
         }
     }
 
-    /// Notes what became of a pixel, joining it to the change before where that was the same.
+    /// Records the change of a pixel, merging it with the previous change if both are the same.
     fn record(&mut self, index: u32, from: [u32; 2]) {
         let to = self.pixels[index as usize].pair();
         let reference = self.reference.get(index as usize).copied().unwrap_or(self.leaves);
@@ -258,7 +252,8 @@ impl Layers {
         }
     }
 
-    /// Takes a leaf out of front or second place, if it is there, and refills from the stack.
+    /// Removes a leaf from the front or second place of a pixel and refills the place from the
+    /// stack. Returns whether the leaf was there.
     fn take_visible(&mut self, index: u32, leaf: u32, dead: &[bool]) -> bool {
         let pixel = &mut self.pixels[index as usize];
         let is_front = pixel.front.leaf() == leaf;
@@ -272,7 +267,7 @@ impl Layers {
         true
     }
 
-    /// Takes a live leaf out of a pixel, wherever it lies; nothing happens where it lay behind the wood.
+    /// Removes a live leaf from a pixel, wherever it is; does nothing if it was behind the wood.
     fn take(&mut self, index: u32, leaf: u32, dead: &[bool]) {
         if self.take_visible(index, leaf, dead) {
             return;
@@ -285,7 +280,7 @@ impl Layers {
         }
     }
 
-    /// Adds a fragment, unless it lies behind the wood.
+    /// Adds a fragment unless it is behind the wood.
     fn insert(&mut self, index: u32, mut fragment: Fragment, dead: &[bool]) {
         let pixel = &mut self.pixels[index as usize];
         let bottom = bottom(pixel.wood_depth, self.leaves);
@@ -303,7 +298,7 @@ impl Layers {
         }
     }
 
-    /// Puts a fragment into its place on the stack.
+    /// Inserts a fragment into the stack in depth order.
     fn push(&mut self, index: u32, fragment: Fragment, dead: &[bool]) {
         if self.pixels[index as usize].len == self.pixels[index as usize].capacity {
             self.make_room(index, dead);
@@ -318,7 +313,8 @@ impl Layers {
         self.stacks[at] = fragment;
     }
 
-    /// Drops dead fragments of a full stack; where none were, moves it to twice the room.
+    /// Drops the dead fragments of a full stack; if there are none, moves the stack to twice the
+    /// capacity.
     fn make_room(&mut self, index: u32, dead: &[bool]) {
         let pixel = &mut self.pixels[index as usize];
         let slots = pixel.start as usize..(pixel.start + pixel.len) as usize;
@@ -339,7 +335,7 @@ impl Layers {
         }
     }
 
-    /// Lays all stacks one after another again.
+    /// Repacks all stacks without gaps or dead fragments.
     fn pack(&mut self, dead: &[bool]) {
         let mut packed = Vec::with_capacity(self.stacks.len() - self.abandoned);
         for pixel in &mut self.pixels {
@@ -360,7 +356,8 @@ impl Pixel {
         [self.front.leaf(), self.second.leaf()]
     }
 
-    /// The nearest live fragment of the stack, or `bottom`. `dead` may be empty when none is.
+    /// Pops the nearest live fragment from the stack, or returns `bottom` if there is none. `dead`
+    /// may be empty if no leaf is dead.
     fn pop(&mut self, stacks: &[Fragment], dead: &[bool], bottom: Fragment) -> Fragment {
         while self.len > 0 {
             self.len -= 1;
@@ -373,13 +370,14 @@ impl Pixel {
     }
 }
 
-/// What lies behind all leaves: the wood, or else the background.
+/// Returns the fragment behind all leaves: the wood, or else the background.
 fn bottom(wood_depth: u32, leaves: u32) -> Fragment {
     Fragment::new(wood_depth, if wood_depth == NO_WOOD { leaves } else { leaves + 1 })
 }
 
-/// Sorts fragments with the nearest last, keeps each leaf's nearest alone and counts it as covering the pixel, drops what
-/// lies behind the wood, and gives how many are left.
+/// Sorts the fragments of a pixel, nearest last. Keeps only the nearest one of each leaf, counts
+/// the pixel as covered by that leaf, and drops fragments behind the wood. Returns the number of
+/// fragments kept.
 fn sorted(stack: &mut [Fragment], wood_depth: u32, covered: &mut [u32]) -> u32 {
     stack.sort_unstable_by_key(|fragment| (fragment.leaf(), fragment.0));
     let (mut kept, mut last) = (0, None);

@@ -1,21 +1,21 @@
-//! Alpha masks of the plant's materials: the alpha test done once per texel.
+//! Alpha masks of the plant's materials: the alpha test, evaluated once per texel.
 
 use super::fragments::{AlphaMask, NO_MASK};
 use crate::{Result, material::Material, plant::Plant};
 
-/// The masks, and which material uses which.
+/// Alpha masks and the materials that use them.
 #[derive(Debug, Default)]
 pub struct Masks {
-    /// One per masked material whose texture has uncovered texels.
+    /// One for each material whose alpha test rejects some texels but not all.
     pub masks: Vec<AlphaMask>,
     of_material: Vec<u32>,
 }
 
 impl Masks {
-    /// Decodes the textures of all materials that leaves use.
+    /// Creates the masks of all materials that leaves use, decoding their textures.
     ///
     /// # Errors
-    /// [`Unreadable`](crate::Error::Unreadable) when a texture cannot be decoded.
+    /// [`Unreadable`](crate::Error::Unreadable) if a texture cannot be decoded.
     pub fn new(plant: &Plant) -> Result<Self> {
         let mut masks = Self { masks: Vec::new(), of_material: vec![NO_MASK; plant.materials.len()] };
         for (index, material) in plant.materials.iter().enumerate() {
@@ -29,14 +29,15 @@ impl Masks {
         Ok(masks)
     }
 
-    /// The mask of a material, or [`NO_MASK`].
+    /// Index of a material's mask, or [`NO_MASK`].
     pub fn of_material(&self, material: u32) -> u32 {
         self.of_material[material as usize]
     }
 }
 
-/// The mask of one material; `None` where every texel covers, or none does (a leaf that cannot be seen has no sensible
-/// place in the order, so such a mask counts as a fault of the file).
+/// Returns the mask of one material, or `None` if it has no alpha-tested texture, or if every texel
+/// passes the test or none does. (A leaf that cannot be seen has no sensible place in the order, so
+/// a mask without opaque texels is treated as a fault of the file.)
 fn mask(plant: &Plant, material: &Material) -> Result<Option<AlphaMask>> {
     let (Some(cutoff), Some(texture)) = (material.cutoff(), material.texture) else { return Ok(None) };
     let pixels = plant.textures[texture as usize].decode()?;

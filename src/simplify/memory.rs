@@ -1,17 +1,20 @@
-//! How much memory a simplification takes, told from the plant's surface before anything is allocated.
+//! Estimate of the memory that a simplification takes, computed from the plant's surface area
+//! before anything is allocated.
 //!
-//! A triangle that looks in any direction shows half its area on average (Cauchy's surface area formula), so half the
-//! plant's surface in square pixels is the number of fragments of a view. On top come every pixel's record, what is kept for
-//! each leaf and view, and the triangles of the views that are captured at once.
+//! A triangle in a random orientation shows half its area on average (Cauchy's surface area
+//! formula), so the number of fragments of a view is about half the plant's surface area in square
+//! pixels. The estimate also includes a record for each pixel, the data of each leaf and view, and
+//! the triangles of the views that are captured at once.
 //!
-//! Error: told over taken is 0.9 to 1.5 for the embedded species and 0.9 to 1.8 for four trees from elsewhere, with two
-//! threads on Linux, presets paper and balanced, 64 to 512 pixels.
+//! Accuracy: the estimate is 0.9 to 1.5 times the measured memory for the embedded species and 0.9
+//! to 1.8 times for four downloaded trees, with two threads on Linux, presets paper and balanced,
+//! 64 to 512 pixels.
 //!
-//! Limits: transparent texels count as covering, so that sparse leaf pictures are told too high; what the GPU holds is not
-//! counted, and neither is the plant itself.
+//! Limits: transparent texels count as covering, so the estimate is too high for sparse leaf
+//! textures. GPU memory and the plant itself are not included.
 
 use super::{
-    options::{Criterion, SimplifyOptions},
+    options::{Compensate, Criterion, SimplifyOptions},
     views::ViewSet,
 };
 pub use crate::memory::available_bytes;
@@ -22,23 +25,23 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Bytes of a pixel's record, and of the triangle, as the captured views keep them.
+/// Bytes per pixel for its record in the captured views.
 const PIXEL_BYTES: f64 = 32.0;
-/// Bytes of a pixel's polygon at full detail, kept when pictures judge.
+/// Bytes per pixel for its frontmost polygon at full detail, where looks are compared with it.
 const REFERENCE_BYTES: f64 = 4.0;
-/// Bytes of a fragment: 8 on its stack, the rest for leaves that grow. Measured.
+/// Bytes per fragment: 8 on its stack, the rest for leaves that grow. Measured.
 const FRAGMENT_BYTES: f64 = 12.0;
-/// Bytes of a fragment while its view is captured.
+/// Bytes per fragment while its view is captured.
 const COVERAGE_BYTES: f64 = 16.0;
-/// Bytes of a triangle: once (measured), and while a view is captured.
+/// Bytes per triangle: once (measured), and while a view is captured.
 const TRIANGLE_BYTES: [f64; 2] = [240.0, 104.0];
-/// Bytes that a leaf takes once, and in every view. Measured.
+/// Bytes per leaf: once, and for every view. Measured.
 const LEAF_BYTES: [f64; 2] = [500.0, 40.0];
 
-/// Fails when [`estimated_bytes`] are more than [`SimplifyOptions::max_memory_mb`] allows.
+/// Checks that [`estimated_bytes`] is no more than [`SimplifyOptions::max_memory_mb`] allows.
 ///
 /// # Errors
-/// [`Error::TooLarge`] in megabytes, and [`Error::InvalidOption`].
+/// [`Error::TooLarge`], in megabytes, and [`Error::InvalidOption`] as [`estimated_bytes`].
 pub fn check(plant: &Plant, options: &SimplifyOptions) -> Result<()> {
     let value = estimated_bytes(plant, options)?.div_ceil(MEGABYTE);
     match limit_mb(options.max_memory_mb) {
@@ -52,11 +55,12 @@ pub fn check(plant: &Plant, options: &SimplifyOptions) -> Result<()> {
     }
 }
 
-/// Bytes that [`simplify`](super::simplify()) will hold at most at once for a plant, beyond the plant itself; see above for the error.
-/// Takes time in proportion to the plant's triangles.
+/// Estimates the peak memory of [`simplify`](super::simplify()) in bytes, in addition to the plant
+/// itself: 0.9 to 1.8 times what was measured. Takes time proportional to the plant's
+/// triangles.
 ///
 /// # Errors
-/// [`Error::InvalidOption`] for views or a resolution outside their ranges.
+/// [`Error::InvalidOption`] if the views or the resolution are outside their ranges.
 pub fn estimated_bytes(plant: &Plant, options: &SimplifyOptions) -> Result<u64> {
     let views = ViewSet::new(plant.sphere(), options.resolution, options.views)?;
     let fragments = fragments_of_a_view(plant, &views);
@@ -67,14 +71,16 @@ pub fn estimated_bytes(plant: &Plant, options: &SimplifyOptions) -> Result<u64> 
     let count = f64::from(options.views);
     let captured = (threads as f64).min(count);
     let triangles = (plant.leaf_triangles() + plant.wood.triangles()) as f64;
-    let reference = if options.criterion == Criterion::Image { REFERENCE_BYTES } else { 0.0 };
+    let compares = options.criterion == Criterion::Image
+        || matches!(options.compensate, Compensate::Image | Compensate::Silhouette);
+    let reference = if compares { REFERENCE_BYTES } else { 0.0 };
     let of_views = count * (views.pixels() as f64 * (PIXEL_BYTES + reference) + fragments * FRAGMENT_BYTES);
     let of_capture = captured * (fragments * COVERAGE_BYTES + triangles * TRIANGLE_BYTES[1]);
     let of_leaves = plant.leaves.len() as f64 * (LEAF_BYTES[0] + count * LEAF_BYTES[1]);
     Ok((of_views + of_capture + of_leaves + triangles * TRIANGLE_BYTES[0]) as u64)
 }
 
-/// Half the plant's surface in square pixels at its middle's distance.
+/// Half the plant's surface area in square pixels, at the distance of its centre.
 fn fragments_of_a_view(plant: &Plant, views: &ViewSet) -> f64 {
     let surface = area(&plant.vertices, &plant.indices) + area(&plant.wood.vertices, &plant.wood.indices);
     let pixels = views.pixels_of_length(1.0);

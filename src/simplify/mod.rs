@@ -1,34 +1,42 @@
-//! Offline: puts a plant's leaves in the order in which they may be lost.
+//! Offline simplification: finds the order in which a plant's leaves are pruned, and which leaf
+//! grows to compensate for each.
 //!
 //! ```text
-//! Plant -> views (20 cameras) -> fragments (CPU or wgpu) -> layers (per pixel, sorted)
-//!       -> prune: choose (criterion) -> enlarge (nearest) -> update layers, areas, criterion -> ... -> FoliageModel
+//! Plant -> views (4 to 20 cameras) -> fragments (CPU or wgpu) -> layers (sorted per pixel)
+//!       -> prune: choose a leaf (criterion) -> enlarge a target (compensation)
+//!              -> update layers, areas and criterion -> repeat -> FoliageModel
 //! ```
 
-pub mod appearance;
-pub mod areas;
-pub mod capture;
-pub mod criterion;
+pub(crate) mod appearance;
+pub(crate) mod areas;
+pub(crate) mod capture;
+pub(crate) mod change;
+pub(crate) mod criterion;
 mod drift;
-pub mod enlarge;
-pub mod footprint;
-pub mod fragments;
-pub mod information;
-pub mod layers;
-pub mod masks;
-pub mod memory;
-pub mod neighbours;
-pub mod occlusion;
-pub mod options;
-pub mod pairs;
-pub mod price;
-pub mod prune;
-pub mod raster;
+pub(crate) mod enlarge;
+pub(crate) mod footprint;
+pub(crate) mod fragments;
+pub(crate) mod information;
+pub(crate) mod layers;
+pub(crate) mod masks;
+pub(crate) mod memory;
+pub(crate) mod neighbours;
+pub(crate) mod occlusion;
+pub(crate) mod options;
+pub(crate) mod pairs;
+pub(crate) mod price;
+pub(crate) mod prune;
+pub(crate) mod raster;
 mod recipe;
-pub mod shapes;
-pub mod tournament;
-pub mod views;
-pub mod vmi;
+pub(crate) mod scene;
+pub(crate) mod shapes;
+pub(crate) mod tournament;
+pub(crate) mod views;
+pub(crate) mod vmi;
 
-pub use options::{Compensate, SimplifyOptions};
+pub use fragments::{AlphaMask, AlphaTest, Coverage, FragmentSource, ViewTriangles};
+pub use memory::{available_bytes, estimated_bytes};
+pub use options::{Compensate, Criterion, MAX_SCALE_LIMIT, SimplifyOptions};
+pub use raster::CpuFragments;
 pub use recipe::{Observer, Quiet, Seconds, Simplified, order, rasterise_all, simplify};
+pub use views::{MAX_RESOLUTION, VIEW_COUNTS, View, ViewSet};

@@ -1,8 +1,10 @@
-//! The nearest remaining leaves, exactly: a bounding volume hierarchy over leaf centroids from which leaves are removed.
+//! Exact nearest-neighbour queries over the remaining leaves, on a bounding volume hierarchy of
+//! leaf centroids that supports removal.
 //!
-//! Built and maintained by obvhs (`Bvh2`), which has no nearest query of its own: its public nodes are walked here, nearer
-//! child first. Leaves with the very same centroid share one primitive, since many coincident points would make the
-//! hierarchy as deep as there are leaves.
+//! Built and maintained by obvhs (`Bvh2`), which has no nearest-neighbour query of its own: its
+//! public nodes are traversed here, nearer child first. Leaves with exactly the same centroid share
+//! one primitive, since many coincident points would make the hierarchy as deep as there are
+//! leaves.
 
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::{
@@ -11,29 +13,29 @@ use obvhs::{
 };
 use std::{collections::BTreeMap, time::Duration};
 
-/// The remaining leaves, for nearest queries.
+/// Remaining leaves, indexed for nearest-neighbour queries.
 pub struct Neighbours {
     bvh: Bvh2,
     /// Distinct centroids.
     points: Vec<Vec3>,
-    /// Remaining leaves at each point, the least index last.
+    /// Remaining leaves at each point, lowest index last.
     leaves: Vec<Vec<u32>>,
-    /// The point of each leaf.
+    /// Index into `points` for each leaf.
     point_of_leaf: Vec<u32>,
     stack: Vec<(f64, u32)>,
-    /// The nearest leaves so far, with their squared distances.
+    /// Nearest leaves found so far, with their squared distances.
     best: Vec<(f64, u32)>,
 }
 
 impl Neighbours {
-    /// All leaves, by their finite centroids.
+    /// Builds the hierarchy over all leaves. Centroids must be finite.
     pub fn new(centroids: &[Vec3]) -> Self {
         let mut points = Vec::new();
         let mut leaves: Vec<Vec<u32>> = Vec::new();
         let mut known = BTreeMap::new();
         let mut point_of_leaf = Vec::with_capacity(centroids.len());
         for (leaf, &centroid) in centroids.iter().enumerate() {
-            // Adding zero joins -0.0 with 0.0.
+            // Adding zero turns -0.0 into 0.0.
             let bits = (centroid + Vec3::ZERO).to_array().map(f32::to_bits);
             let point = *known.entry(bits).or_insert_with(|| {
                 points.push(centroid);
@@ -51,7 +53,7 @@ impl Neighbours {
         Self { bvh, points, leaves, point_of_leaf, stack: Vec::new(), best: Vec::new() }
     }
 
-    /// Takes a leaf out. Taking it out twice changes nothing.
+    /// Removes a leaf. Removing it again has no effect.
     pub fn remove(&mut self, leaf: u32) {
         let point = self.point_of_leaf[leaf as usize];
         let leaves = &mut self.leaves[point as usize];
@@ -62,8 +64,9 @@ impl Neighbours {
         }
     }
 
-    /// The up to `count` remaining leaves whose centroids are nearest to that of `leaf`, which was removed before, nearest
-    /// first; of equally near ones those of least index. Replaces what was in `nearest`.
+    /// Finds up to `count` remaining leaves whose centroids are nearest to that of `leaf`, which
+    /// must have been removed before. They are sorted by distance, then by index, and replace the
+    /// contents of `nearest`.
     pub fn nearest(&mut self, leaf: u32, count: usize, nearest: &mut Vec<u32>) {
         let from = self.points[self.point_of_leaf[leaf as usize] as usize].as_dvec3();
         self.best.clear();
@@ -72,7 +75,7 @@ impl Neighbours {
             self.stack.push((0.0, 0));
         }
         while let Some((distance, node)) = self.stack.pop() {
-            // An equally distant box may hold a leaf of lesser index.
+            // An equally distant box may hold a leaf with a lower index.
             if self.best.len() == count && distance > self.best[count - 1].0 {
                 continue;
             }
@@ -99,7 +102,7 @@ impl Neighbours {
     }
 }
 
-/// Adds an entry to the `count` least ones, which are kept in order.
+/// Inserts an entry into the sorted list of the `count` least entries.
 fn keep_least(least: &mut Vec<(f64, u32)>, count: usize, entry: (f64, u32)) {
     let place = least.partition_point(|other| *other < entry);
     if place < count {
@@ -108,7 +111,8 @@ fn keep_least(least: &mut Vec<(f64, u32)>, count: usize, entry: (f64, u32)) {
     }
 }
 
-/// Squared distance from a point to a box, rounded as the distance to a point in it is, so never above that.
+/// Squared distance from a point to a box. It is rounded in the same way as the distance to a point
+/// in the box, so it is never greater.
 fn distance_squared(from: DVec3, min: Vec3A, max: Vec3A) -> f64 {
     let (min, max) = (Vec3::from(min).as_dvec3(), Vec3::from(max).as_dvec3());
     (from.clamp(min, max) - from).length_squared()
@@ -131,7 +135,7 @@ mod tests {
     proptest! {
         #[test]
         fn the_nearest_equal_those_of_a_scan_while_all_leaves_are_removed(
-            // Few distinct coordinates: many ties and coincident points.
+            // Few distinct coordinates give many ties and coincident points.
             cells in prop::collection::vec((0..4_i8, 0..4_i8, -1..2_i8), 1..60),
             order in prop::collection::vec(any::<u32>(), 60),
             count in 0..9_usize,

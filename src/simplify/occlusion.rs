@@ -1,16 +1,17 @@
-//! Which parts of a view lie wholly behind its frontmost fragments: small squares with the depth of the farthest of them.
+//! Coarse occlusion test: small squares of pixels, each with the depth of its farthest frontmost
+//! fragment.
 
-/// Pixels on a side of a square.
+/// Side of a square in pixels.
 const SIDE: usize = 8;
 
-/// What a leaf may cover in a view at most: a rectangle of pixels and the nearest depth.
+/// Bounds of a leaf in a view: a rectangle of pixels and the nearest depth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
-    /// First column and row; may lie outside of the view.
+    /// First column and row; may lie outside the view.
     pub low: [i64; 2],
-    /// Last column and row.
+    /// Last column and row; may lie outside the view.
     pub high: [i64; 2],
-    /// Nearest depth that any fragment may have.
+    /// Lower bound of the depth of any fragment.
     pub nearest: u32,
 }
 
@@ -18,16 +19,16 @@ pub struct Extent {
 #[derive(Debug)]
 pub struct Farthest {
     resolution: usize,
-    /// Squares in a row.
+    /// Number of squares in a row.
     columns: usize,
     depths: Vec<u32>,
-    /// Squares in which a front changed since the last refresh, each once.
+    /// Squares in which a frontmost fragment changed since the last refresh, each once.
     stale: Vec<u32>,
     is_stale: Vec<bool>,
 }
 
 impl Farthest {
-    /// For a square view; stale everywhere.
+    /// Creates the squares of a square view of `pixels` pixels, all of them stale.
     pub fn new(pixels: usize) -> Self {
         let resolution = pixels.isqrt();
         let columns = resolution.div_ceil(SIDE);
@@ -36,7 +37,7 @@ impl Farthest {
         Self { resolution, columns, depths: vec![u32::MAX; squares], stale, is_stale: vec![true; squares] }
     }
 
-    /// The front of a pixel changed.
+    /// Marks the square of a pixel whose frontmost fragment changed as stale.
     pub fn touch(&mut self, pixel: u32) {
         let (x, y) = (pixel as usize % self.resolution, pixel as usize / self.resolution);
         let square = y / SIDE * self.columns + x / SIDE;
@@ -45,7 +46,7 @@ impl Farthest {
         }
     }
 
-    /// Looks at the squares that changed again; `depth(pixel)` is a pixel's frontmost depth.
+    /// Updates the stale squares; `depth(pixel)` returns the depth of a pixel's frontmost fragment.
     pub fn refresh(&mut self, depth: impl Fn(usize) -> u32) {
         for square in self.stale.drain(..) {
             let square = square as usize;
@@ -58,7 +59,8 @@ impl Farthest {
         }
     }
 
-    /// Nothing within `extent` can come to the front. Exact only after a refresh.
+    /// Whether everything within `extent` is hidden. Valid only after a refresh; conservative,
+    /// since whole squares are tested.
     pub fn hides(&self, extent: &Extent) -> bool {
         let last = self.resolution as i64 - 1;
         let [left, top] = extent.low.map(|low| (low.clamp(0, last + 1) as usize) / SIDE);

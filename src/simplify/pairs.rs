@@ -1,21 +1,23 @@
-//! Which leaf stands directly behind which: what each leaf would uncover if it were pruned.
+//! Pairs of leaves, one directly behind the other: the pixels that each leaf would uncover if it
+//! were pruned.
 
-/// A leaf and the leaf that stands directly behind it in some pixels, as listed with the latter.
+/// A leaf and the leaf directly behind it in some pixels. Stored in the list of the leaf behind,
+/// the second one.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pair {
-    /// The leaf in front.
+    /// Leaf in front.
     pub front: u32,
-    /// Pixels of all views.
+    /// Number of pixels over all views.
     pub total: u32,
-    /// Bit v is set where view v has such pixels.
+    /// Bit v is set if view v has such pixels.
     pub seen: u32,
-    /// Number of the last step that changed the counts; for the owner's use.
+    /// Last step that changed the counts; for the owner's use.
     pub stamp: u32,
-    /// Number of the pair.
+    /// Index of the pair.
     pub number: u32,
 }
 
-/// Where a pair is listed.
+/// Position of a pair in the lists of both leaves.
 #[derive(Debug, Clone, Copy, Default)]
 struct Place {
     front: u32,
@@ -24,22 +26,23 @@ struct Place {
     in_second: u32,
 }
 
-/// All pairs that occur, found from either side.
+/// All pairs that occur, indexed from both sides.
 #[derive(Debug)]
 pub struct Pairs {
     views: usize,
     places: Vec<Place>,
-    /// Pixels of each view, `views` numbers a pair.
+    /// Pixels by view, `views` numbers per pair.
     counts: Vec<u32>,
     free: Vec<u32>,
-    /// For each leaf in front: (second, number).
+    /// For each front leaf, its (second, number) entries.
     of_front: Vec<Vec<(u32, u32)>>,
-    /// For each second leaf its pairs, all that a step reads of most of them side by side.
+    /// For each second leaf, its pairs, so that the data that a step reads of most pairs is
+    /// contiguous.
     of_second: Vec<Vec<Pair>>,
 }
 
 impl Pair {
-    /// The views in which the pair occurs.
+    /// Views in which the pair occurs.
     pub fn seen_views(&self) -> impl Iterator<Item = usize> + use<> {
         let mut seen = self.seen;
         std::iter::from_fn(move || {
@@ -51,9 +54,9 @@ impl Pair {
 }
 
 impl Pairs {
-    /// No pair yet.
+    /// Creates an empty set of pairs for at most 32 views.
     pub fn new(leaves: usize, views: usize) -> Self {
-        assert!(views <= u32::BITS as usize, "Pair::seen has one bit a view");
+        assert!(views <= u32::BITS as usize, "Pair::seen has one bit per view");
         Self {
             views,
             places: Vec::new(),
@@ -64,13 +67,13 @@ impl Pairs {
         }
     }
 
-    /// The pair's record and its second leaf.
+    /// Returns a pair and its second leaf.
     pub fn get(&self, number: u32) -> (&Pair, u32) {
         let Place { second, in_second, .. } = self.places[number as usize];
         (&self.of_second[second as usize][in_second as usize], second)
     }
 
-    /// Pixels of view `view` in which `pair` occurs.
+    /// Number of pixels of view `view`, one of [`Pair::seen_views`], in which `pair` occurs.
     pub fn count(&self, pair: &Pair, view: usize) -> u32 {
         if pair.seen.is_power_of_two() { pair.total } else { self.counts[pair.number as usize * self.views + view] }
     }
@@ -80,7 +83,7 @@ impl Pairs {
         &self.of_second[second as usize]
     }
 
-    /// Marks the pair as changed by step `stamp`; true when it was not yet.
+    /// Marks a pair as changed by step `stamp`. Returns true if it was not marked yet.
     pub fn stamp(&mut self, number: u32, stamp: u32) -> bool {
         std::mem::replace(&mut self.record(number).stamp, stamp) != stamp
     }
@@ -90,7 +93,7 @@ impl Pairs {
         &mut self.of_second[second as usize][in_second as usize]
     }
 
-    /// The pair of two leaves, made where it did not occur yet.
+    /// Returns the pair of two leaves, creating it if it does not exist.
     pub fn find_or_insert(&mut self, front: u32, second: u32) -> u32 {
         if let Some(&(_, number)) = self.of_front[front as usize].iter().find(|entry| entry.0 == second) {
             return number;
@@ -108,7 +111,7 @@ impl Pairs {
         number
     }
 
-    /// Counts `delta` more pixels of view `view`.
+    /// Adds `delta` to the pair's pixels in view `view`.
     pub fn add(&mut self, number: u32, view: usize, delta: i32) {
         let count = &mut self.counts[number as usize * self.views + view];
         *count = count.wrapping_add_signed(delta);
@@ -118,7 +121,7 @@ impl Pairs {
         record.seen = record.seen & !(1 << view) | occurs << view;
     }
 
-    /// Forgets a pair that no longer occurs.
+    /// Removes a pair that no longer occurs.
     pub fn remove(&mut self, number: u32) {
         let Place { front, second, in_front, in_second } = self.places[number as usize];
         let row = &mut self.of_front[front as usize];

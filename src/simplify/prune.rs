@@ -1,22 +1,23 @@
-//! The greedy loop: always the leaf of least error, until one is left.
+//! Greedy pruning: repeatedly prunes the leaf with the least error.
 //!
-//! Exact: the same sequence as rendering and counting everything again for every candidate of every step. Each step looks
-//! only at the pixels of the pruned leaf and at those in which its target's footprint changes.
+//! Exact: the sequence is the same as if everything were rendered and counted again for every
+//! candidate at every step. Each step visits only the pixels of the pruned leaf and the pixels in
+//! which its target's footprint changes.
 //!
-//! Limits: time grows with the number of leaves times the pixels each covers, so with the plant's coverage times the
-//! logarithm of the number of leaves; a pixel under thousands of leaves makes its own updates linear in that.
+//! Limits: time grows with the number of leaves times the pixels each covers, that is, with the
+//! plant's coverage times the logarithm of the number of leaves. Updating a pixel under thousands
+//! of leaves takes time linear in their number.
 
 use super::{
     appearance::Appearance,
     areas::Areas,
+    change::{Change, Gain},
     criterion::Criterion,
     enlarge::{Enlarger, Growth, Plan},
     footprint::Footprint,
-    fragments::AlphaMask,
-    layers::{Change, Layers},
-    price::{Gain, Price},
-    shapes::Shapes,
-    views::ViewSet,
+    layers::Layers,
+    price::Price,
+    scene::Scene,
 };
 use crate::{Error, Result, model::Prune};
 use std::{
@@ -25,58 +26,47 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// After a step that looked at fewer pixels than this the next one runs on one thread: handing over would take longer.
+/// After a task that touched fewer pixels than this, the next removal or growth runs on one thread,
+/// since handing it over would take longer. Judging always uses all threads.
 const PARALLEL_PIXELS: usize = 256;
-/// How long a thread looks for its next message before it sleeps: longer than a step takes, so that on a quiet machine no
-/// one has to be woken; every look yields, so that on a busy one little is wasted.
+/// How long a thread polls for its next message before it sleeps. This is longer than a step takes,
+/// so that no thread has to be woken on an idle machine; every poll yields, so that little time is
+/// wasted on a busy one.
 const BUSY_WAIT: Duration = Duration::from_micros(500);
-/// Steps between two calls of the observer.
+/// Number of steps between two calls of the observer.
 const ADVANCE_STEPS: usize = 256;
 
-/// Everything that stays as it is while leaves are pruned.
-#[derive(Clone, Copy)]
-pub struct Scene<'a> {
-    /// The plant's triangles.
-    pub shapes: &'a Shapes,
-    /// The cameras.
-    pub views: &'a ViewSet,
-    /// Alpha masks.
-    pub masks: &'a [AlphaMask],
-    /// By what growths are judged. Plans that have to be judged need it.
-    pub appearance: Option<&'a Appearance>,
-}
-
-/// A leaf that goes.
+/// A leaf to be removed.
 #[derive(Clone, Copy)]
 struct Gone {
     leaf: u32,
-    /// Scale at which it was drawn.
+    /// Current scale of the leaf.
     scale: f32,
 }
 
-/// What every group of views is told to do.
+/// Task for every group of views.
 #[derive(Clone)]
 enum Task {
     /// Remove a leaf and grow another.
     Step(Gone, Growth),
-    /// Remove a leaf, if one is given, and judge what could grow for it.
+    /// Remove a leaf, if there is one, and judge the growths that could replace it.
     Judge(Option<Gone>, Arc<[Growth]>),
-    /// Grow a leaf, after its judging.
+    /// Grow a leaf that was judged before.
     Grow(Growth),
 }
 
-/// Neighbouring views with the memory to update them.
+/// Consecutive views and the working memory to update them.
 struct Group {
     first_view: usize,
     layers: Vec<Layers>,
     dead: Vec<bool>,
     old: Footprint,
     new: Footprint,
-    /// Pixels that the last step looked at.
+    /// Number of pixels that the last task touched.
     touched: usize,
-    /// Pixels that the last step's target covers since it grew.
+    /// Number of pixels that the target covers after the last task; 0 if it grew nothing.
     grown: u32,
-    /// What each of the growths judged last would gain.
+    /// Gain of each growth judged last.
     gains: Vec<Gain>,
 }
 
@@ -122,7 +112,7 @@ impl Group {
         }
     }
 
-    /// Fills `gains`: how much less the group's views would differ from their references after each growth.
+    /// Fills `gains` with the gain of each growth, summed over the group's views.
     fn judge(&mut self, scene: Scene<'_>, growths: &[Growth]) {
         self.gains.clear();
         self.gains.resize(growths.len(), Gain::default());
@@ -133,7 +123,7 @@ impl Group {
             let mut drawn = None;
             for (&growth, gain) in growths.iter().zip(&mut self.gains) {
                 let Growth { target, from, to } = growth;
-                if from == to || !self.new.may_show(scene, view, growth, layers) {
+                if from == to || !may_show(&mut self.new, scene, view, growth, layers) {
                     continue;
                 }
                 if drawn.replace(target) != Some(target) {
@@ -147,10 +137,18 @@ impl Group {
     }
 }
 
-/// The state of all views, in as many groups as there are threads.
+/// Whether a leaf could be frontmost anywhere in a view before or after a growth. Conservative: may
+/// return true for a hidden leaf.
+fn may_show(footprint: &mut Footprint, scene: Scene<'_>, view: usize, growth: Growth, layers: &Layers) -> bool {
+    [growth.from, growth.to]
+        .into_iter()
+        .any(|scale| footprint.extent(scene, view, growth.target, scale).is_none_or(|extent| !layers.hides(&extent)))
+}
+
+/// State of all views, divided into at most as many groups as there are threads.
 struct Canvas {
     groups: Vec<Group>,
-    /// Threads that take the groups from the second on, while they are lent.
+    /// Threads that process all groups but the first; present only during [`Pruner::run`].
     helpers: Vec<Helper>,
 }
 
@@ -184,19 +182,21 @@ impl Canvas {
             return self.groups.iter_mut().for_each(|group| group.run(scene, &task));
         }
         for (helper, group) in self.helpers.iter().zip(self.groups.drain(1..)) {
-            // A helper lives as long as its channel: neither end closes while the canvas holds the other.
+            // A helper lives as long as its channel, and neither end closes while the canvas holds
+            // the other.
             let _ = helper.to.send((group, task.clone()));
         }
         self.groups[0].run(scene, &task);
         self.groups.extend(self.helpers.iter().filter_map(|helper| receive(&helper.from)));
     }
 
-    /// What each growth gains, all views taken together.
+    /// Gain of each growth, summed over all views.
     fn gains(&self, growths: usize) -> impl Iterator<Item = Gain> {
         (0..growths).map(|i| self.groups.iter().map(|group| group.gains[i]).fold(Gain::default(), Gain::plus))
     }
 
-    /// Pixels of all views that the last step's target covers since it grew.
+    /// Number of pixels, over all views, that the target covers after the last task; 0 if it grew
+    /// nothing.
     fn grown(&self) -> u32 {
         self.groups.iter().map(|group| group.grown).sum()
     }
@@ -206,8 +206,8 @@ impl Canvas {
     }
 }
 
-/// Waits for a message: looking for it for a while, since the next step is near, then asleep. `None` once the other end
-/// is gone.
+/// Waits for a message: polls for [`BUSY_WAIT`], since the next step is near, then sleeps. Returns
+/// `None` once the other end is closed.
 fn receive<T>(from: &Receiver<T>) -> Option<T> {
     let started = Instant::now();
     while started.elapsed() < BUSY_WAIT {
@@ -220,7 +220,7 @@ fn receive<T>(from: &Receiver<T>) -> Option<T> {
     from.recv().ok()
 }
 
-/// Counts the visible areas of freshly captured layers.
+/// Counts the visible areas in freshly captured layers.
 pub fn count_areas(layers: &[&Layers], leaves: usize) -> Areas {
     let mut areas = Areas::new(leaves, layers.len());
     for (view, layers) in layers.iter().enumerate() {
@@ -229,7 +229,7 @@ pub fn count_areas(layers: &[&Layers], leaves: usize) -> Areas {
     areas
 }
 
-/// A plant on its way down to one leaf.
+/// Prunes the leaves of a plant, one per step.
 pub struct Pruner<'a, C: Criterion + ?Sized> {
     scene: Scene<'a>,
     canvas: Canvas,
@@ -240,7 +240,8 @@ pub struct Pruner<'a, C: Criterion + ?Sized> {
 }
 
 impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
-    /// `areas` and `criterion` as counted from `layers`, which show the leaves that `enlarger` still has.
+    /// Creates a pruner. `areas` and `criterion` must be computed from `layers`, which must contain
+    /// the leaves that are alive in `enlarger`.
     pub fn new(
         scene: Scene<'a>,
         layers: Vec<Layers>,
@@ -253,7 +254,7 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         Self { scene, canvas, areas, criterion, enlarger, price }
     }
 
-    /// Prunes one leaf; `None` when it would be the last.
+    /// Prunes one leaf. Returns `None` if it would be the last.
     pub fn step(&mut self) -> Option<Prune> {
         let choice = self.criterion.choose(&self.areas)?;
         let leaf = choice.leaf;
@@ -272,7 +273,7 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         Some(Prune { leaf, target: growth.target, target_scale: growth.to, error: choice.error as f32 })
     }
 
-    /// Removes a leaf and grows what gains most, if anything does.
+    /// Removes a leaf and applies the growth with the highest score, if that score is positive.
     fn judged(&mut self, gone: Gone, lost_area: f64, growths: Vec<Growth>) -> Growth {
         let price = self.price.steps(&self.areas) * self.scene.appearance.map_or(0, Appearance::coverage);
         let (score, best) = self.best(Some(gone), growths, price);
@@ -290,7 +291,8 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         best
     }
 
-    /// The growth of greatest score, the first of equals.
+    /// Removes `gone`, if there is one, and returns the growth with the highest score, the first of
+    /// equal ones, with its score.
     fn best(&mut self, gone: Option<Gone>, growths: Vec<Growth>, price: i64) -> (i64, Growth) {
         let growths: Arc<[Growth]> = growths.into();
         self.canvas.run(self.scene, Task::Judge(gone, growths.clone()));
@@ -300,11 +302,12 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         (score, growths[i])
     }
 
-    /// Prunes leaves in order until `left` are left, at least one; appends to `prunes`. `advance` is told how many are gone
-    /// and answers whether to go on. Gives back the leaves that are left with their scales.
+    /// Prunes leaves until `left` remain, at least one, and appends to `prunes`. `advance` receives
+    /// the length of `prunes` and returns whether to continue. Returns the remaining leaves with
+    /// their scales.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] when `advance` says no.
+    /// [`Error::Interrupted`] if `advance` returns false.
     pub fn run(
         mut self,
         left: usize,
@@ -356,6 +359,7 @@ mod tests {
             masks::Masks,
             options::Compensate,
             raster::CpuFragments,
+            shapes::Shapes,
             views::ViewSet,
             vmi::Vmi,
         },
@@ -367,7 +371,7 @@ mod tests {
         Vertex { position, normal: [0.0, 1.0, 0.0], uv: [0.0; 2], color: [1.0; 4] }
     }
 
-    /// Bent leaves (two triangles out of plane) on a lattice about a sheet of wood.
+    /// Bent leaves (two triangles out of plane) on a lattice around a sheet of wood.
     fn plant() -> Plant {
         let mut plant = Plant { materials: vec![Material::default()], ..Plant::default() };
         for i in 0..90_u32 {
@@ -398,7 +402,7 @@ mod tests {
             footprint.rasterise(pruner.scene, view, shape, scale);
             for &(pixel, depth) in &footprint.fragments {
                 let pair = &mut nearest[pixel as usize];
-                // Nothing is seen behind wood but wood.
+                // Only wood is counted behind wood.
                 let sinking =
                     if (depth, row) < pair[0] { std::mem::replace(&mut pair[0], (depth, row)) } else { (depth, row) };
                 pair[1] = if pair[0].1 == leaves + 1 { pair[0] } else { pair[1].min(sinking) };
@@ -407,7 +411,7 @@ mod tests {
         nearest.into_iter().map(|pair| pair.map(|(_, row)| row)).collect()
     }
 
-    /// Pixels of all views that a leaf covers at its current scale.
+    /// Number of pixels, over all views, that a leaf covers at its current scale.
     fn covers(pruner: &Pruner<'_, Vmi>, leaf: usize) -> u32 {
         let views = pruner.scene.views;
         let mut footprint = Footprint::new(views.pixels());

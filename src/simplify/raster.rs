@@ -1,37 +1,37 @@
-//! Which pixels a triangle covers: integer edge functions, pixel centres, top-left rule.
+//! Triangle coverage: [edge functions](crate::edge), sampled at pixel centres.
 //!
-//! The rule is that of Vulkan, Metal and Direct3D 12 (a sample on an edge belongs to the triangle when the edge is a top or
-//! a left one), positions already snapped to 1/256 pixel, so the sets of pixels equal those of a GPU that is given the same
-//! snapped positions. After J. Pineda, "A Parallel Algorithm for Polygon Rasterization", SIGGRAPH 1988, with each row's
-//! span solved from the edge functions instead of testing pixel by pixel.
-//!
-//! Limits: coordinates below 2^30 in magnitude, so that products stay within `i64`.
+//! Positions are already snapped to 1/256 pixel, so the covered pixels are those of a GPU with the
+//! same snapped positions. The spans of wide rows are solved from the edge functions instead of
+//! testing pixel by pixel.
 
-use super::{
-    fragments::{AlphaMask, AlphaTest, Coverage, FragmentSource, NO_MASK, ViewTriangles},
-    views::SUBPIXEL,
+use super::fragments::{AlphaMask, AlphaTest, Coverage, FragmentSource, NO_MASK, ViewTriangles};
+use crate::{
+    Result,
+    edge::{Edge, SUBPIXEL, twice_area},
+    material::Wrap,
 };
-use crate::{Result, material::Wrap};
 use rayon::prelude::*;
 
-/// Calls `row(y, first, last)` for every row in which the triangle covers pixels `first..=last` of a square of
-/// `resolution` pixels. `corners` are (x, y) in 1/256 pixel from the centre of pixel (0, 0), in either winding.
+/// Calls `row(y, first, last)` for every row in which the triangle covers pixels `first..=last` of
+/// an image of `resolution` x `resolution` pixels. `corners` are (x, y) in 1/256 pixel from the
+/// centre of pixel (0, 0), in either winding order.
 ///
 /// A triangle without area covers nothing.
-pub fn cover(resolution: u32, mut corners: [(i64, i64); 3], mut row: impl FnMut(i64, i64, i64)) {
-    let doubled_area = cross(corners[0], corners[1], corners[2]);
-    if doubled_area == 0 {
+pub fn cover(resolution: u32, mut corners: [[i64; 2]; 3], mut row: impl FnMut(i64, i64, i64)) {
+    let [a, b, c] = corners;
+    let twice_area = twice_area(a, b, c);
+    if twice_area == 0 {
         return;
     }
-    if doubled_area < 0 {
+    if twice_area < 0 {
         corners.swap(1, 2);
     }
     let last_pixel = i64::from(resolution) - 1;
     let [a, b, c] = corners;
-    let top = ceil_pixel(a.1.min(b.1).min(c.1)).max(0);
-    let bottom = a.1.max(b.1).max(c.1).div_euclid(SUBPIXEL).min(last_pixel);
-    let left = ceil_pixel(a.0.min(b.0).min(c.0)).max(0);
-    let right = a.0.max(b.0).max(c.0).div_euclid(SUBPIXEL).min(last_pixel);
+    let top = ceil_pixel(a[1].min(b[1]).min(c[1])).max(0);
+    let bottom = a[1].max(b[1]).max(c[1]).div_euclid(SUBPIXEL).min(last_pixel);
+    let left = ceil_pixel(a[0].min(b[0]).min(c[0])).max(0);
+    let right = a[0].max(b[0]).max(c[0]).div_euclid(SUBPIXEL).min(last_pixel);
     if left > right || top > bottom {
         return;
     }
@@ -45,12 +45,13 @@ pub fn cover(resolution: u32, mut corners: [(i64, i64); 3], mut row: impl FnMut(
     }
 }
 
-/// Rows up to this wide are walked pixel by pixel, which costs less than the divisions that solve a row.
+/// Rows up to this many pixels wide are tested pixel by pixel, which costs less than the divisions
+/// needed to solve a row.
 const WALKED_WIDTH: i64 = 12;
 
-/// The covered pixels of a row, tested one after another.
+/// Finds the covered pixels of a row by testing each one.
 fn walk(edges: &[Edge; 3], y: i64, left: i64, right: i64) -> Option<(i64, i64)> {
-    let mut values = edges.each_ref().map(|edge| edge.at_origin + edge.per_y * y + edge.per_x * left);
+    let mut values = edges.each_ref().map(|edge| edge.at(left, y));
     let mut first = None;
     for x in left..=right {
         let inside = (values[0] | values[1] | values[2]) >= 0;
@@ -60,64 +61,42 @@ fn walk(edges: &[Edge; 3], y: i64, left: i64, right: i64) -> Option<(i64, i64)> 
             _ => {}
         }
         for (value, edge) in values.iter_mut().zip(edges) {
-            *value += edge.per_x;
+            *value += edge.per_px[0];
         }
     }
     Some((first?, right))
 }
 
-/// The covered pixels of a row, from where each edge function changes its sign.
+/// Finds the covered pixels of a row from the sign changes of the edge functions.
 fn solve(edges: &[Edge; 3], y: i64, left: i64, right: i64) -> Option<(i64, i64)> {
     let (mut first, mut last) = (left, right);
     for edge in edges {
-        edge.narrow(y, &mut first, &mut last);
+        narrow(edge, y, &mut first, &mut last);
     }
     (first <= last).then_some((first, last))
 }
 
-/// Least whole pixel at or right of (below) a position.
+/// First whole pixel at or to the right of (below) a position.
 fn ceil_pixel(position: i64) -> i64 {
     (position + SUBPIXEL - 1).div_euclid(SUBPIXEL)
 }
 
-fn cross(a: (i64, i64), b: (i64, i64), c: (i64, i64)) -> i64 {
-    (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)
-}
-
-/// Edge function `value = at_origin + x * per_x + y * per_y` in whole pixels, 0 or more inside.
-struct Edge {
-    at_origin: i64,
-    per_x: i64,
-    per_y: i64,
-}
-
-impl Edge {
-    /// The edge from `a` to `b` of a triangle that lies to its right on a screen whose y points down.
-    fn new(a: (i64, i64), b: (i64, i64)) -> Self {
-        let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-        // With this winding a left edge goes up and a top edge goes right: samples exactly on other edges stay out.
-        let is_top_or_left = dy < 0 || (dy == 0 && dx > 0);
-        let at_origin = dy * a.0 - dx * a.1 - i64::from(!is_top_or_left);
-        Self { at_origin, per_x: -dy * SUBPIXEL, per_y: dx * SUBPIXEL }
-    }
-
-    /// Takes from `first..=last` of row `y` what lies outside.
-    fn narrow(&self, y: i64, first: &mut i64, last: &mut i64) {
-        let at_row = self.at_origin + self.per_y * y;
-        match self.per_x {
-            0 if at_row < 0 => *last = *first - 1,
-            0 => {}
-            rising @ 1.. => *first = (*first).max(-at_row.div_euclid(rising)),
-            falling => *last = (*last).min(at_row.div_euclid(-falling)),
-        }
+/// Clips `first..=last` of row `y` to the inside of an edge.
+fn narrow(edge: &Edge, y: i64, first: &mut i64, last: &mut i64) {
+    let at_row = edge.at(0, y);
+    match edge.per_px[0] {
+        0 if at_row < 0 => *last = *first - 1,
+        0 => {}
+        rising @ 1.. => *first = (*first).max(-at_row.div_euclid(rising)),
+        falling => *last = (*last).min(at_row.div_euclid(-falling)),
     }
 }
 
 impl AlphaTest {
-    /// A triangle that needs no test.
+    /// Alpha test of a triangle that needs none.
     pub const NONE: Self = Self { u: [0.0; 3], v: [0.0; 3], q: [0.0; 3], anchor: [0.0; 2], mask: NO_MASK };
 
-    /// The test along row `y`; `None` where every pixel passes.
+    /// Returns the test along row `y`, or `None` if every pixel passes.
     pub fn row<'m>(&self, masks: &'m [AlphaMask], y: i64) -> Option<AlphaRow<'m>> {
         let mask = masks.get(self.mask as usize)?;
         let from_anchor = y as f32 - self.anchor[1];
@@ -126,7 +105,8 @@ impl AlphaTest {
     }
 }
 
-/// An alpha test along one row of pixels: u/w, v/w and 1/w as (change per pixel, value at the anchor's column).
+/// Alpha test along one row of pixels: u/w, v/w and 1/w as (change per pixel, value at the anchor's
+/// column).
 #[derive(Debug, Clone, Copy)]
 pub struct AlphaRow<'m> {
     mask: &'m AlphaMask,
@@ -137,7 +117,7 @@ pub struct AlphaRow<'m> {
 }
 
 impl AlphaRow<'_> {
-    /// Whether the texel under pixel `x` covers.
+    /// Whether pixel `x` passes the test.
     #[inline]
     pub fn covers(&self, x: i64) -> bool {
         let from_anchor = x as f32 - self.anchor;
@@ -148,7 +128,7 @@ impl AlphaRow<'_> {
 }
 
 impl AlphaMask {
-    /// Whether the texel at texture coordinates (u, v) covers.
+    /// Whether the texel at texture coordinates (u, v) is opaque.
     #[inline]
     pub fn covers(&self, u: f32, v: f32) -> bool {
         let texel = texel(v, self.height, self.wrap[1]) * self.width + texel(u, self.width, self.wrap[0]);
@@ -156,11 +136,11 @@ impl AlphaMask {
     }
 }
 
-/// The texel in which a texture coordinate falls, in `f32` as a shader computes it.
+/// Index along one axis of the texel at a texture coordinate, computed in `f32` as in a shader.
 #[inline]
 fn texel(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
     let position = coordinate * size as f32;
-    // Within the texture every mode agrees, and truncating is rounding down.
+    // Inside the texture all wrap modes agree, and truncation rounds down.
     if position >= 0.0 && position < size as f32 { position as u32 } else { wrapped_texel(position, size as f32, wrap) }
 }
 
@@ -178,14 +158,15 @@ fn wrapped_texel(position: f32, size: f32, wrap: Wrap) -> u32 {
     wrapped.max(0.0).min(size - 1.0) as u32
 }
 
-/// The CPU rasteriser: works on any machine, one view per thread, and the oracle for the wgpu pass.
+/// CPU rasteriser. Works on any machine, with one view per thread, and is the oracle for the wgpu
+/// pass.
 #[derive(Debug, Default)]
 pub struct CpuFragments {
     masks: Vec<AlphaMask>,
 }
 
 impl CpuFragments {
-    /// A rasteriser without masks yet.
+    /// Creates a rasteriser without masks.
     pub fn new() -> Self {
         Self::default()
     }
@@ -202,20 +183,29 @@ impl FragmentSource for CpuFragments {
     }
 
     fn capture(&mut self, view: ViewTriangles<'_>, out: &mut Vec<Coverage>) -> Result<()> {
-        rasterise(&self.masks, view, out);
+        rasterise(&self.masks, view, |_| true, out);
         Ok(())
     }
 
     fn capture_batch(&mut self, views: &[ViewTriangles<'_>], out: &mut [Vec<Coverage>]) -> Result<()> {
-        views.par_iter().zip(out).for_each(|(&view, out)| rasterise(&self.masks, view, out));
+        views.par_iter().zip(out).for_each(|(&view, out)| rasterise(&self.masks, view, |_| true, out));
         Ok(())
     }
 }
 
-fn rasterise(masks: &[AlphaMask], view: ViewTriangles<'_>, out: &mut Vec<Coverage>) {
+/// Appends the fragments of the triangles for which `wanted(corners)` returns true.
+pub fn rasterise(
+    masks: &[AlphaMask],
+    view: ViewTriangles<'_>,
+    wanted: impl Fn(&[[i32; 2]; 3]) -> bool,
+    out: &mut Vec<Coverage>,
+) {
     let resolution = i64::from(view.resolution);
     for (triangle, (corners, alpha)) in view.screen.iter().zip(view.alpha).enumerate() {
-        let corners = corners.map(|[x, y]| (i64::from(x), i64::from(y)));
+        if !wanted(corners) {
+            continue;
+        }
+        let corners = corners.map(|corner| corner.map(i64::from));
         cover(view.resolution, corners, |y, first, last| {
             let alpha = alpha.row(masks, y);
             let covered = (first..=last).filter(|&x| alpha.is_none_or(|alpha| alpha.covers(x)));
@@ -231,11 +221,15 @@ mod tests {
 
     fn pixels(resolution: u32, corners: [(i64, i64); 3]) -> Vec<(i64, i64)> {
         let mut pixels = Vec::new();
-        cover(resolution, corners, |y, first, last| pixels.extend((first..=last).map(|x| (x, y))));
+        cover(resolution, corners.map(|(x, y)| [x, y]), |y, first, last| pixels.extend((first..=last).map(|x| (x, y))));
         pixels
     }
 
-    /// The rule pixel by pixel: strictly inside, or on an edge that is top or left.
+    fn cross(a: (i64, i64), b: (i64, i64), c: (i64, i64)) -> i64 {
+        (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)
+    }
+
+    /// The rule for one pixel: strictly inside, or on a top or left edge.
     fn covers_by_definition(corners: [(i64, i64); 3], x: i64, y: i64) -> bool {
         let sample = (x * SUBPIXEL, y * SUBPIXEL);
         let clockwise = cross(corners[0], corners[1], corners[2]);
@@ -253,7 +247,7 @@ mod tests {
     }
 
     fn corner() -> impl Strategy<Value = (i64, i64)> {
-        // Half of all corners on quarter pixels, so that samples often lie exactly on edges.
+        // Half of all corners lie on quarter pixels, so that samples are often exactly on edges.
         prop_oneof![(-900..3000_i64, -900..3000_i64), (-4..12_i64, -4..12_i64).prop_map(|(x, y)| (x * 64, y * 256))]
     }
 

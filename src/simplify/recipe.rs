@@ -1,4 +1,4 @@
-//! The simplification as a recipe, from plant to model.
+//! The simplification as a recipe: the steps from plant to model.
 
 use super::{
     appearance::Appearance,
@@ -12,7 +12,8 @@ use super::{
     memory,
     options::{self, Compensate, SimplifyOptions},
     price::Price,
-    prune::{Pruner, Scene, count_areas},
+    prune::{Pruner, count_areas},
+    scene::Scene,
     shapes::Shapes,
     views::ViewSet,
     vmi::Vmi,
@@ -23,16 +24,17 @@ use crate::{
 };
 use std::{sync::Arc, time::Instant};
 
-/// Is told how a simplification goes on, and may stop it.
+/// Receives the progress of a simplification and may stop it.
 pub trait Observer: Send {
-    /// A phase of `total` units begins: `"fragments"` (views) or `"prune"` (leaves).
+    /// Called when a phase of `total` units begins: `"fragments"` (views) or `"prune"` (leaves).
     fn phase(&mut self, name: &str, total: u64);
 
-    /// `done` units of the phase are done; false stops with [`Error::Interrupted`].
+    /// Called when `done` units of the phase are done. Returning false stops with
+    /// [`Error::Interrupted`].
     fn advance(&mut self, done: u64) -> bool;
 }
 
-/// An observer that says nothing and never stops.
+/// An observer that reports nothing and never stops.
 pub struct Quiet;
 
 impl Observer for Quiet {
@@ -43,33 +45,35 @@ impl Observer for Quiet {
     }
 }
 
-/// Wall-clock seconds of the phases.
+/// Wall-clock seconds of each phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Seconds {
     /// Rasterising all views and sorting their fragments.
     pub fragments: f64,
-    /// Finding the order.
+    /// Finding the pruning order.
     pub prune: f64,
 }
 
-/// What a simplification gives.
+/// Result of a simplification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simplified {
     /// The model.
     pub model: FoliageModel,
-    /// Fragments of all views, each pixel of each triangle counted.
+    /// Number of fragments of the full plant in all views, counting each pixel of each triangle.
     pub fragments: u64,
-    /// How long the phases took.
+    /// Duration of each phase.
     pub seconds: Seconds,
 }
 
-/// Makes the model of `plant`.
+/// Builds the model of `plant`.
 ///
-/// The same plant and options give the same model, for any number of threads, and with the CPU rasteriser on any machine.
+/// The same plant and options give the same model for any number of threads and, with the CPU
+/// rasteriser, on any machine.
 ///
 /// # Errors
-/// [`Error::NoLeaves`] for a plant without leaves, [`Error::InvalidPlant`], [`Error::InvalidOption`], [`Error::TooLarge`]
-/// above [`SimplifyOptions::max_memory_mb`], the errors of `source`, and [`Error::Interrupted`] when the observer says stop.
+/// [`Error::NoLeaves`] for a plant without leaves, [`Error::InvalidPlant`],
+/// [`Error::InvalidOption`], [`Error::TooLarge`] above [`SimplifyOptions::max_memory_mb`], the
+/// errors of `source`, and [`Error::Interrupted`] if the observer returns false.
 pub fn simplify(
     plant: &Plant,
     options: &SimplifyOptions,
@@ -92,10 +96,11 @@ pub fn simplify(
     Ok(Simplified { model: FoliageModel::assemble(plant, &prunes, recipe)?, fragments, seconds })
 }
 
-/// The prunings alone, first pruned first: one fewer than there are leaves. Also the fragments and the phases' times.
+/// Returns only the prunings, in order, one fewer than there are leaves, with the number of
+/// fragments and the duration of each phase.
 ///
 /// # Errors
-/// As [`simplify`].
+/// Same as [`simplify`].
 pub fn order(
     plant: &Plant,
     options: &SimplifyOptions,
@@ -105,7 +110,8 @@ pub fn order(
     in_pool(&checked(plant, options)?, options, source, observer)
 }
 
-/// The plant in canonical form, so that the order in which a file lists a leaf's triangles has no influence.
+/// Checks the input and returns the plant in canonical form, so that the order in which a file
+/// lists a leaf's triangles has no effect.
 fn checked(plant: &Plant, options: &SimplifyOptions) -> Result<Plant> {
     options.validate()?;
     plant.validate()?;
@@ -135,11 +141,11 @@ fn in_pool(
     pool.install(|| run(plant, options, source, observer))
 }
 
-/// Shares of the leaves from which on a cascade halves its resolution. At 30 and 8 % it is a fifth faster, and the oak's RMSE
-/// with 15 % of its leaves is 14.1 instead of 11.9.
+/// Leaf fractions at which a cascade halves its resolution. Thresholds of 30 and 8 % would be 20 %
+/// faster but raise the RMSE of the oak with 15 % of its leaves from 11.9 to 14.1.
 const CASCADE: [f64; 2] = [0.15, 0.04];
 
-/// Resolution of each part of the work, and how many leaves it leaves over.
+/// Resolution of each part of the work and the number of leaves that remain after it.
 fn parts(options: &SimplifyOptions, leaves: usize) -> Vec<(u32, usize)> {
     if !options.cascade {
         return vec![(options.resolution, 1)];
@@ -168,17 +174,17 @@ fn run(
     Ok((done.prunes, done.fragments, done.seconds))
 }
 
-/// What all parts of the work share.
+/// Data that all parts of the work share.
 struct Work<'a> {
     plant: &'a Plant,
     options: &'a SimplifyOptions,
     shapes: &'a Shapes,
     masks: &'a Masks,
-    /// What the criterion compares views by, and what growths are judged by.
+    /// Looks for the criterion, and looks for judging growths.
     appearances: [Option<Arc<Appearance>>; 2],
 }
 
-/// What parts of the work have done.
+/// Results of the parts done so far.
 struct Done {
     enlarger: Option<Enlarger>,
     prunes: Vec<Prune>,
@@ -187,7 +193,7 @@ struct Done {
 }
 
 impl Work<'_> {
-    /// Prunes in `views` until `left` leaves are left.
+    /// Prunes in `views` until `left` leaves remain.
     fn part(
         &mut self,
         views: &ViewSet,
@@ -228,7 +234,8 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// The leaves that are left, in `views`; at first all of them, as `full` shows.
+    /// Returns the remaining leaves and their layers in `views`. In the first part they are all
+    /// leaves, as captured in `full`.
     fn shown(
         &self,
         enlarger: Option<Enlarger>,
@@ -247,7 +254,7 @@ impl Work<'_> {
         Ok((enlarger, layers))
     }
 
-    /// Errors that count pixels count those of the first resolution, whatever the part's.
+    /// Converts errors in pixels to pixels of the first part's resolution.
     fn in_pixels_of_the_first_part(&self, views: &ViewSet, prunes: &mut [Prune]) {
         let ratio = f64::from(self.options.resolution) / f64::from(views.resolution);
         if self.options.criterion != options::Criterion::Vmi {
@@ -268,11 +275,11 @@ impl Work<'_> {
     }
 }
 
-/// Rasterises every view once and throws the pixels away: the number of fragments. The measure that benches hold the rest
-/// against.
+/// Rasterises every view once, discards the pixels and returns the number of fragments: the
+/// baseline of the benchmarks.
 ///
 /// # Errors
-/// As [`simplify`].
+/// Same as [`simplify`].
 pub fn rasterise_all(plant: &Plant, options: &SimplifyOptions, source: &mut dyn FragmentSource) -> Result<u64> {
     let plant = &checked(plant, options)?;
     let views = ViewSet::new(plant.sphere(), options.resolution, options.views)?;
@@ -281,7 +288,7 @@ pub fn rasterise_all(plant: &Plant, options: &SimplifyOptions, source: &mut dyn 
     cover_views(&Shapes::new(plant, &views, &masks, options.max_scale), &views, source)
 }
 
-/// What the criterion compares views by, and what growths are judged by, where they are.
+/// Returns the looks for the criterion and the looks for judging growths; each is `None` if unused.
 fn appearances(plant: &Plant, options: &SimplifyOptions, views: &ViewSet) -> Result<[Option<Arc<Appearance>>; 2]> {
     let by_image = options.criterion == options::Criterion::Image;
     let image = match by_image || options.compensate == Compensate::Image {

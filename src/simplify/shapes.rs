@@ -1,24 +1,25 @@
-//! The plant's triangles as views see them: scaled about a leaf's pivot, projected, with the planes that give depth and
-//! texture coordinates at any pixel.
+//! Triangles of the plant as the views see them: scaled about a leaf's pivot and projected, with
+//! planes that give depth and texture coordinates at any pixel.
 //!
-//! A fragment's depth comes from the plane of its triangle, met by the ray through the pixel's centre: 1/w is then affine
-//! on the screen. A plane that passes through the leaf's pivot stays where it is when the leaf is scaled, so for flat
-//! leaves, and for cards crossed on an axis through the pivot, growing changes no depth and touches new pixels only.
+//! The depth of a fragment is where the ray through the pixel's centre meets the plane of its
+//! triangle; 1/w is then affine in screen space. A plane through the leaf's pivot does not move
+//! when the leaf is scaled. For flat leaves, and for cards crossed on an axis through the pivot,
+//! growth therefore changes no depth and touches only new pixels.
 
 use super::{
     fragments::{AlphaTest, NO_MASK},
     masks::Masks,
     occlusion::Extent,
-    views::{CAMERA_DISTANCE, NEAR, SUBPIXEL, ScreenPoint, View, ViewSet},
+    views::{CAMERA_DISTANCE, NEAR, ScreenPoint, View, ViewSet},
 };
-use crate::plant::Plant;
+use crate::{edge::SUBPIXEL, plant::Plant};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
-/// Planes of one leaf closer to each other, and to its pivot, than this part of its reach are taken for one, through the
-/// pivot: well above the rounding of `f32` positions, well below what a leaf's bend measures.
+/// Distance, as a fraction of a leaf's reach, below which its planes are merged with each other and
+/// moved to the pivot: well above the rounding of `f32` positions, well below the bend of a leaf.
 const PLANE_TOLERANCE: f64 = 1e-4;
 
-/// A plane `normal . p = normal . pivot + scale * offset` of unit space.
+/// A plane `normal . p = normal . pivot + scale * offset` in unit space.
 #[derive(Debug, Clone, Copy)]
 struct Plane {
     normal: DVec3,
@@ -28,12 +29,12 @@ struct Plane {
 /// A triangle of a leaf or of the wood.
 #[derive(Debug, Clone, Copy)]
 pub struct Triangle {
-    /// Indices into the shapes' vertices.
+    /// Indices into the vertices of [`Shapes`].
     corners: [u32; 3],
     plane: u32,
 }
 
-/// The depth of 1/w in steps of the 32-bit depth range, 0 nearest.
+/// Converts 1/w to steps of the 32-bit depth range, 0 nearest.
 fn depth(inv_w: f64) -> u32 {
     ((1.0 / NEAR - inv_w) * (NEAR * f64::from(u32::MAX))) as u32
 }
@@ -41,12 +42,12 @@ fn depth(inv_w: f64) -> u32 {
 /// One leaf, or the wood as a whole, in unit space.
 #[derive(Debug, Clone)]
 pub struct Shape {
-    /// First and one-past-last of [`Shapes`]' vertices.
+    /// First and one-past-last vertex in [`Shapes`].
     vertices: [u32; 2],
     /// First and one-past-last triangle.
     pub triangles: [u32; 2],
     pivot: DVec3,
-    /// Greatest distance of a vertex from the pivot.
+    /// Largest distance of a vertex from the pivot.
     reach: f64,
     mask: u32,
 }
@@ -54,9 +55,9 @@ pub struct Shape {
 /// All leaves and the wood, prepared once.
 #[derive(Debug)]
 pub struct Shapes {
-    /// One per leaf; the last is the wood.
+    /// One per leaf, then the wood.
     pub shapes: Vec<Shape>,
-    /// All triangles, leaf after leaf, then the wood's.
+    /// All triangles, leaf by leaf, then the wood's.
     pub triangles: Vec<Triangle>,
     offsets: Vec<DVec3>,
     uv: Vec<Vec2>,
@@ -64,7 +65,8 @@ pub struct Shapes {
     max_scale: f64,
 }
 
-/// Depth over the screen: nearness 1/w at pixel (x, y) is `x * per_x + y * per_y + at_origin`, held within the leaf's reach.
+/// Depth plane in screen space: 1/w at pixel (x, y) is `x * per_x + y * per_y + at_origin`, clamped
+/// to the leaf's range of depths.
 #[derive(Debug, Clone, Copy)]
 pub struct DepthPlane {
     per_x: f64,
@@ -83,7 +85,7 @@ impl DepthPlane {
 }
 
 impl Shapes {
-    /// Prepares `plant` for `views`, with leaves that may grow up to `max_scale`.
+    /// Prepares `plant` for `views`. Leaves may grow up to `max_scale`.
     pub fn new(plant: &Plant, views: &ViewSet, masks: &Masks, max_scale: f32) -> Self {
         let mut shapes = Self {
             shapes: Vec::with_capacity(plant.leaves.len() + 1),
@@ -138,7 +140,8 @@ impl Shapes {
         });
     }
 
-    /// The plane of a triangle: the last one of the same shape where it lies in that, else a new one.
+    /// Returns the plane of a triangle: the last plane of the same shape if the triangle lies in
+    /// it, else a new one.
     fn plane(&mut self, corners: [u32; 3], first_plane: usize, reach: f64) -> u32 {
         let [a, b, c] = corners.map(|corner| self.offsets[corner as usize]);
         let tolerance = reach * PLANE_TOLERANCE;
@@ -164,7 +167,8 @@ impl Shapes {
         out.extend(offsets.iter().map(|&offset| views.project(view, shape.pivot + offset * scale)));
     }
 
-    /// What a leaf may cover in a view at `scale`; `None` where part of it is out of sight. `projected` is for use meanwhile.
+    /// Returns the bounds of a leaf in a view at `scale`, or `None` if part of it is closer than
+    /// [`NEAR`]. `projected` is scratch memory.
     pub fn extent(
         &self,
         views: &ViewSet,
@@ -185,20 +189,21 @@ impl Shapes {
         Some(Extent { low, high, nearest: depth(nearest) })
     }
 
-    /// Least and greatest 1/w of a shape at any scale.
+    /// Smallest and largest 1/w of a shape at any scale up to the largest scale allowed.
     fn range(&self, view: &View, shape: &Shape) -> [f64; 2] {
         let pivot_w = CAMERA_DISTANCE - shape.pivot.dot(view.toward);
         let reach = shape.reach * self.max_scale;
         [1.0 / (pivot_w + reach), 1.0 / (pivot_w - reach).max(NEAR)]
     }
 
-    /// The corners of a triangle among the projected vertices of its shape; `None` when one is out of sight.
+    /// Returns the projected corners of a triangle, or `None` if one is closer than [`NEAR`].
+    /// `projected` holds the projected vertices of its shape.
     pub fn corners(&self, shape: &Shape, triangle: u32, projected: &[Option<ScreenPoint>]) -> Option<[ScreenPoint; 3]> {
         let [a, b, c] = self.triangles[triangle as usize].corners.map(|c| projected[(c - shape.vertices[0]) as usize]);
         Some([a?, b?, c?])
     }
 
-    /// The triangle's depth over a view.
+    /// Depth plane of a triangle in a view.
     pub fn depth_plane(&self, views: &ViewSet, view: &View, shape: &Shape, triangle: u32, scale: f32) -> DepthPlane {
         let Plane { normal, offset } = self.planes[self.triangles[triangle as usize].plane as usize];
         let pivot_w = CAMERA_DISTANCE - shape.pivot.dot(view.toward);
@@ -221,7 +226,7 @@ impl Shapes {
         }
     }
 
-    /// The triangle's alpha test over a view.
+    /// Alpha test of a triangle in a view, from its projected corners.
     pub fn alpha_test(&self, shape: &Shape, triangle: u32, corners: &[ScreenPoint; 3]) -> AlphaTest {
         if shape.mask == NO_MASK {
             return AlphaTest::NONE;

@@ -1,23 +1,23 @@
-//! The least of many keys that change a few at a time.
+//! Tournament tree: finds the least of many keys, a few of which change at a time.
 
-/// A key; less is better. The second part breaks ties and must differ for every entry.
+/// Key of an entry; less is better. The second part breaks ties and must differ for every entry.
 pub type Key = (i64, u64);
 
-/// The key of an entry that takes no part.
+/// Key of an entry that does not take part.
 pub const OUT: Key = (i64::MAX, u64::MAX);
 
-/// A tournament tree: changing a key costs as many comparisons as matches it decides, two on average for a key that wins
-/// nothing.
+/// A tournament tree. Changing a key costs one comparison for each match it decides, two on average
+/// for a key that wins nothing.
 #[derive(Debug, Clone)]
 pub struct Tournament {
     keys: Vec<Key>,
-    /// Winner of each match; match 1 is the final, match m is between the winners of 2m and 2m + 1, and entries take the
-    /// places from `keys.len()` on.
+    /// Winner of each match. Match 1 is the final, match m is between the winners of 2m and 2m + 1,
+    /// and entry i takes place `keys.len() + i`.
     winners: Vec<u32>,
 }
 
 impl Tournament {
-    /// A tournament with these keys.
+    /// Creates a tournament of `keys`.
     pub fn new(mut keys: Vec<Key>) -> Self {
         keys.resize(keys.len().next_power_of_two(), OUT);
         let entries = keys.len();
@@ -28,17 +28,17 @@ impl Tournament {
         tournament
     }
 
-    /// The entry with the least key.
+    /// Returns the entry with the least key.
     pub fn winner(&self) -> u32 {
         self.entrant(1)
     }
 
-    /// An entry's key.
+    /// Returns the key of an entry.
     pub fn key(&self, entry: u32) -> Key {
         self.keys[entry as usize]
     }
 
-    /// Changes an entry's key.
+    /// Changes the key of an entry.
     pub fn set(&mut self, entry: u32, key: Key) {
         if self.keys[entry as usize] == key {
             return;

@@ -1,53 +1,58 @@
-//! The offscreen cameras: the vertices of a regular solid about the plant, looking at its middle.
+//! Offscreen cameras at the vertices of a regular solid around the plant, looking at its centre.
 //!
-//! After Gasch et al., "Multiresolution Foliage Rendering", section 4.1: cameras at the 20 vertices of a dodecahedron.
-//! Every number comes from additions, multiplications, divisions and square roots in `f64`, which IEEE 754 rounds alike on
-//! every machine, so the snapped positions, and with them the whole pruning order, are the same everywhere.
+//! After C. Gasch et al., "Multiresolution Foliage Rendering", section 4.1: cameras at the 20
+//! vertices of a dodecahedron. Every number comes from additions, multiplications, divisions and
+//! square roots in `f64`, which IEEE 754 rounds the same way on every machine, so the snapped
+//! positions, and with them the whole pruning order, are the same everywhere.
 //!
-//! Spaces: *unit* space is the plant's, moved and scaled so that its bounding sphere is the unit sphere. *Screen* positions
-//! count 1/256 pixel from the centre of the top left pixel, x right, y down.
+//! Spaces: *unit* space is the plant's, translated and scaled so that its bounding sphere is the
+//! unit sphere. *Screen* positions are in 1/256 pixel from the centre of the top left pixel, x
+//! right, y down.
 
-use crate::{Error, Result, bounds::Sphere, error::check_range};
+use crate::{Error, Result, bounds::Sphere, edge::SUBPIXEL, error::check_range};
 use glam::DVec3;
 
-/// Distance of every camera from the middle, in sphere radii. At 3 the sphere's near side appears 2 times larger than the
-/// far side; nearer cameras would let front leaves hide more than a distant viewer sees hidden.
+/// Distance of every camera from the centre, in sphere radii. At 3, the near side of the sphere
+/// appears twice as large as the far side; nearer cameras would let front leaves hide more than
+/// they do from afar.
 pub const CAMERA_DISTANCE: f64 = 3.0;
-/// Nothing nearer to a camera than this (in sphere radii along its axis) is seen: only leaves that have grown far out of
-/// the sphere come so near.
+/// Near plane, in sphere radii along a camera's axis. Only leaves that have grown far out of the
+/// sphere come this close.
 pub const NEAR: f64 = 0.1;
-/// Steps per pixel of screen positions: 8 bits, what Vulkan, Metal and Direct3D 12 adapters use.
-pub const SUBPIXEL: i64 = 256;
-/// Greatest resolution: with [`MAX_SCALE_LIMIT`](super::options::MAX_SCALE_LIMIT) it keeps edge functions within `i64`.
+/// Largest resolution. Together with [`MAX_SCALE_LIMIT`](super::options::MAX_SCALE_LIMIT) it keeps
+/// edge functions within `i64`.
 pub const MAX_RESOLUTION: u32 = 2048;
-/// Tangent of half the field of view that just holds the unit sphere: 1 / sqrt(CAMERA_DISTANCE^2 - 1), as sqrt(8) = 2 sqrt(2).
+/// Tangent of half the field of view that just contains the unit sphere:
+/// `1 / sqrt(CAMERA_DISTANCE^2 - 1)`, where `sqrt(8) = 2 sqrt(2)`.
 const HALF_FOV_TAN: f64 = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
-/// The golden ratio and its inverse: coordinates of dodecahedron and icosahedron vertices.
+/// The golden ratio and its inverse: vertex coordinates of the dodecahedron and icosahedron.
 const PHI: f64 = 1.618_033_988_749_895;
 const INV_PHI: f64 = 0.618_033_988_749_895;
 
-/// The numbers of views there are: vertices of the tetrahedron, octahedron, cube, icosahedron and dodecahedron.
+/// Supported numbers of views: the numbers of vertices of the tetrahedron, octahedron, cube,
+/// icosahedron and dodecahedron.
 pub const VIEW_COUNTS: [u32; 5] = [4, 6, 8, 12, 20];
 
-/// One camera: an orthonormal basis in unit space. It stands at `CAMERA_DISTANCE * toward` and looks at the origin.
+/// One camera: an orthonormal basis in unit space. It is at `CAMERA_DISTANCE * toward` and looks at
+/// the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     /// Screen right.
     pub right: DVec3,
     /// Screen up.
     pub up: DVec3,
-    /// From the middle to the camera.
+    /// From the centre to the camera.
     pub toward: DVec3,
 }
 
-/// A point as a view sees it.
+/// A projected point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScreenPoint {
-    /// Right, in 1/256 pixel from the centre of pixel 0.
+    /// Horizontal position, increasing to the right, in 1/256 pixel from the centre of column 0.
     pub x: i64,
-    /// Down, in 1/256 pixel from the centre of row 0.
+    /// Vertical position, increasing downwards, in 1/256 pixel from the centre of row 0.
     pub y: i64,
-    /// 1 / distance along the axis, in inverse sphere radii; greater is nearer. At most `1 / NEAR`.
+    /// 1 / distance along the axis, in inverse sphere radii; nearer is greater. At most `1 / NEAR`.
     pub inv_w: f64,
 }
 
@@ -56,19 +61,20 @@ pub struct ScreenPoint {
 pub struct ViewSet {
     center: DVec3,
     inv_radius: f64,
-    /// Pixels on a side of each view.
+    /// Side of each view in pixels.
     pub resolution: u32,
     /// The cameras.
     pub views: Vec<View>,
 }
 
 impl ViewSet {
-    /// `count` cameras about `sphere`, each `resolution` pixels square.
+    /// Creates `count` cameras around `sphere`, each with `resolution` x `resolution` pixels.
     ///
-    /// A sphere of radius 0 is taken for one of radius 1.
+    /// A sphere of radius 0 is treated as one of radius 1.
     ///
     /// # Errors
-    /// [`Error::InvalidOption`] when `count` is not one of [`VIEW_COUNTS`] or `resolution` is not 1 to [`MAX_RESOLUTION`].
+    /// [`Error::InvalidOption`] if `count` is not one of [`VIEW_COUNTS`] or `resolution` is not
+    /// from 1 to [`MAX_RESOLUTION`].
     pub fn new(sphere: Sphere, resolution: u32, count: u32) -> Result<Self> {
         check_range("resolution", resolution, 1..=MAX_RESOLUTION)?;
         let inv_radius = if sphere.radius > 0.0 { 1.0 / sphere.radius } else { 1.0 };
@@ -76,34 +82,36 @@ impl ViewSet {
         Ok(Self { center: sphere.center(), inv_radius, resolution, views })
     }
 
-    /// The middle of what is framed, in the plant's units.
+    /// Centre of the views, in the plant's units.
     pub fn center(&self) -> DVec3 {
         self.center
     }
 
-    /// From the plant's space to unit space.
+    /// Converts a point from plant space to unit space.
     pub fn unit_from_plant(&self, point: DVec3) -> DVec3 {
         (point - self.center) * self.inv_radius
     }
 
-    /// Lengths of the plant in unit space.
+    /// Converts a length from the plant's units to unit space.
     pub fn unit_length(&self, length: f64) -> f64 {
         length * self.inv_radius
     }
 
-    /// Pixels that a length of the plant takes which is turned to a camera at the middle's distance.
+    /// Length in pixels of a length in the plant's units that faces a camera at the distance of the
+    /// centre.
     pub fn pixels_of_length(&self, length: f64) -> f64 {
         self.unit_length(length) / CAMERA_DISTANCE * self.pixels_per_tan()
     }
 
-    /// Pixels of one view.
+    /// Number of pixels of one view.
     pub fn pixels(&self) -> usize {
         (self.resolution as usize).pow(2)
     }
 
-    /// Projects a point of unit space; `None` when it is nearer than [`NEAR`] or behind the camera.
+    /// Projects a point in unit space. Returns `None` if it is closer than the near plane or behind
+    /// the camera.
     ///
-    /// Positions are rounded half to even to 1/256 pixel.
+    /// Positions are rounded to 1/256 pixel, half to even.
     pub fn project(&self, view: &View, unit: DVec3) -> Option<ScreenPoint> {
         let w = CAMERA_DISTANCE - unit.dot(view.toward);
         if w <= NEAR {
@@ -119,7 +127,7 @@ impl ViewSet {
         })
     }
 
-    /// The ray through the centre of a pixel: (x, y) such that the point at axial distance w is
+    /// Ray through the centre of a pixel: returns (x, y) such that the point at axial distance w is
     /// `w * x * right + w * y * up + (CAMERA_DISTANCE - w) * toward`.
     pub fn ray(&self, x: f64, y: f64) -> (f64, f64) {
         let half = 0.5 * f64::from(self.resolution) - 0.5;
@@ -149,7 +157,7 @@ pub(super) fn check_view_count(count: u32) -> Result<()> {
     Err(Error::invalid("views", count, "4, 6, 8, 12 or 20 (the vertices of a regular solid)"))
 }
 
-/// Vertices of the regular solid with `count` vertices, of any length, in a fixed order.
+/// Vertices of the regular solid with `count` vertices, not normalised, in a fixed order.
 fn solid(count: u32) -> Result<Vec<DVec3>> {
     check_view_count(count)?;
     let v = DVec3::new;

@@ -1,52 +1,58 @@
-//! The change of viewpoint mutual information that pruning a leaf would cause, kept up to date for all leaves.
+//! Change in viewpoint mutual information from pruning a leaf, kept up to date for all leaves.
 //!
-//! After C. Gasch, M. Chover, I. Remolar, C. Rebollo, "Multiresolution Foliage Rendering", section 4.1 (each time the leaf
-//! of least change goes), with the measure of Castelló et al. (see [`information`](super::information)). Where the paper
-//! is silent or errs: the error is the sum over the views of |I(v) - I_without(v)|, so that views cannot cancel; the
-//! background is one more polygon by default, so that a hole against the sky counts; ties are broken as
-//! [`Criterion`] says.
+//! After C. Gasch, M. Chover, I. Remolar, C. Rebollo, "Multiresolution Foliage Rendering", section
+//! 4.1 (the leaf with the least change is pruned next), with the measure of Castelló et al. (see
+//! [`information`](super::information)). Where the paper is silent or wrong: the error is the sum
+//! over the views of |I(v) - I_without(v)|, so that views cannot cancel out; the background is one
+//! more polygon by default, so that a hole against the sky counts; ties are broken as [`Criterion`]
+//! specifies.
 //!
-//! Pruning x hands its pixels to the polygons directly behind it. With d(v) pixels handed to polygon y, D in sum, the views' F changes by
+//! Pruning x hands its pixels to the polygons directly behind it. If polygon y receives d(v)
+//! pixels, D in total, F changes in each view by
 //!
 //! ```text
-//! sum over y of  (a_y + d)(L(a_y + d) - L(A_y + D)) - a_y (L(a_y) - L(A_y))   minus   a_x (L(a_x) - L(A_x))
+//! sum over y of  (a_y + d)(L(a_y + d) - L(A_y + D)) - a_y (L(a_y) - L(A_y))
+//! minus          a_x (L(a_x) - L(A_x))
 //! ```
 //!
-//! Each leaf's sum over leaves y is kept per view and corrected when a row or a pair changes; the terms of background and
-//! wood, which touch thousands of leaves at every step, are added when a leaf's error is asked for, and a lower bound
-//! (in `drift`) tells when that is needed. All of it is integers: equal to a computation from scratch bit for bit.
+//! Each leaf's sum over leaves y is kept per view and corrected when a row or a pair changes. The
+//! terms of background and wood, which affect thousands of leaves at every step, are added when a
+//! leaf's exact error is needed; a lower bound (in `drift`) decides when it is. All errors are
+//! integers, equal to a computation from scratch bit for bit.
 //!
-//! Limits: without the background a_t and A change at every step, and with them every error: each step then computes all
-//! leaves' errors again.
+//! Limits: without the background, a_t and A change at every step, and every error with them, so
+//! each step recomputes the errors of all leaves.
 
 use super::{
     areas::Areas,
+    change::Change,
     criterion::{Choice, Criterion, tie_break},
     drift::Drift,
     information::FixedLog,
-    layers::Change,
     pairs::Pairs,
     tournament::{Key, OUT, Tournament},
     views::VIEW_COUNTS,
 };
 
-/// Set in a key's tie-break when the error is exact: at equal value a bound comes first, to be made exact.
+/// Set in a key's tie-break if the error is exact. Of equal values a bound comes first, so that it
+/// is made exact.
 const EXACT: u64 = 1 << 63;
-/// Most views there can be.
+/// Largest number of views.
 const MAX_VIEWS: usize = VIEW_COUNTS[VIEW_COUNTS.len() - 1] as usize;
-/// Background and wood.
+/// Number of polygons behind all leaves: background and wood.
 const BOTTOMS: usize = 2;
 
 /// The VMI criterion.
 pub struct Vmi {
     log: FixedLog,
     background: bool,
-    /// Pixels of all views together.
+    /// Number of pixels of all views.
     pixels: u64,
     pairs: Pairs,
-    /// Change of F(v) when leaf x is pruned, but for background and wood: `views` numbers a leaf.
+    /// Change of F(v) when leaf x is pruned, without the terms of background and wood; `views`
+    /// numbers per leaf.
     local: Vec<i64>,
-    /// F(v) of the current state, the background's row left out.
+    /// F(v) of the current state, without the background's row.
     f: Vec<i64>,
     /// Pixels of background and wood that leaf x would uncover in each view.
     uncovered: [Vec<u32>; BOTTOMS],
@@ -60,14 +66,14 @@ pub struct Vmi {
 /// Memory kept between steps.
 #[derive(Default)]
 struct Work {
-    /// Leaves whose error is computed again.
+    /// Leaves whose errors must be recomputed.
     dirty: Vec<u32>,
     dirty_stamps: Vec<u32>,
-    /// Leaves whose error moved by no more than `movement`, whose bound is lowered by that.
+    /// Leaves whose errors moved by at most `movement`; their bounds are lowered by that amount.
     moved: Vec<u32>,
     movement: Vec<i64>,
     touched_pairs: Vec<u32>,
-    /// Leaves whose error was made exact by the last choice though it depends on background or wood.
+    /// Leaves whose errors the last choice made exact although they depend on background or wood.
     exact: Vec<u32>,
     new_row: Vec<u32>,
 }
@@ -89,8 +95,8 @@ impl Work {
 }
 
 impl Vmi {
-    /// Scores all leaves of freshly counted `areas`. `fronts` gives each pixel's view and its
-    /// (front, second).
+    /// Scores all leaves of freshly counted `areas`. `pixels` is the number of pixels of all views;
+    /// `fronts` yields the view and the (front, second) pair of each pixel.
     pub fn new(areas: &Areas, pixels: u64, background: bool, fronts: impl Iterator<Item = (usize, [u32; 2])>) -> Self {
         let (leaves, views) = (areas.leaves, areas.views);
         let mut vmi = Self {
@@ -125,7 +131,8 @@ impl Vmi {
         vmi
     }
 
-    /// Adds `sign` times a row's own term: to F, and against it to the change that pruning the row's leaf makes.
+    /// Adds `sign` times a row's own term to F, and subtracts it from the change that pruning the
+    /// row's leaf causes.
     fn add_own(&mut self, row: usize, areas: &[u32], total: u32, sign: i64) {
         let log_total = self.log.log2(total);
         for (view, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0) {
@@ -137,7 +144,7 @@ impl Vmi {
         }
     }
 
-    /// Adds `sign` times what the pair contributes to its front leaf's change.
+    /// Adds `sign` times the pair's contribution to the change of its front leaf.
     fn add_pair(&mut self, areas: &Areas, number: u32, sign: i64) {
         let (pair, second) = self.pairs.get(number);
         let (row, total) = (areas.row(second as usize), areas.total(second as usize));
@@ -152,8 +159,9 @@ impl Vmi {
         }
     }
 
-    /// Corrects every pair behind whose front leaf stands a leaf whose row is about to change, unless its own counts
-    /// change too; notes how far that moves the front leaves' errors at most.
+    /// Corrects every pair whose second leaf is the one whose row is about to change, unless the
+    /// pair's own counts change too. Records an upper bound on how far that moves the errors of the
+    /// front leaves.
     fn move_row(&mut self, areas: &Areas, second: usize, new_row: &[u32], new_total: u32) {
         let (old_row, old_total) = (areas.row(second), areas.total(second));
         let log_before = [old_total, new_total].map(|total| self.log.log2(total));
@@ -181,7 +189,7 @@ impl Vmi {
         }
     }
 
-    /// Counts pixels of one view in which `front` hides `second`.
+    /// Adds `delta` to the pixels of one view in which `second` is directly behind `front`.
     fn count_pair(&mut self, areas: &Areas, view: usize, [front, second]: [u32; 2], delta: i32) {
         if front as usize >= areas.leaves {
             return;
@@ -205,7 +213,8 @@ impl Vmi {
         }
     }
 
-    /// Change of F(v) in every view when `leaf` is pruned, background left out where it does not count.
+    /// Change of F(v) in every view when `leaf` is pruned, without the background's term if the
+    /// background does not count.
     fn f_changes(&self, areas: &Areas, leaf: u32) -> [i64; MAX_VIEWS] {
         let first = leaf as usize * areas.views;
         let mut changes = [0; MAX_VIEWS];
@@ -230,7 +239,8 @@ impl Vmi {
         changes
     }
 
-    /// The exact error of pruning `leaf`, in fixed point; with the background, times the pixels of a view.
+    /// Exact error of pruning `leaf`, in fixed point. With the background, it is multiplied by the
+    /// number of pixels of a view.
     pub fn error(&self, areas: &Areas, leaf: u32) -> i64 {
         if self.background {
             return self.f_changes(areas, leaf).iter().map(|change| change.abs()).sum();
@@ -260,19 +270,21 @@ impl Vmi {
         (self.error(areas, leaf), EXACT | tie_break(areas, leaf))
     }
 
-    /// An exact key, or where background or wood can change the error, a lower bound that holds until the epoch ends.
+    /// Returns an exact key or, if background or wood can change the error, a lower bound that
+    /// holds until the epoch ends.
     fn key(&self, areas: &Areas, leaf: u32) -> Key {
         let exact = self.exact_key(areas, leaf);
         if self.background && self.depends_on_bottoms(leaf) { self.bound(exact.0, leaf) } else { exact }
     }
 
-    /// The bound of an error that is exact now.
+    /// Lower bound of an error that is exact now.
     fn bound(&self, error: i64, leaf: u32) -> Key {
         let allowance: f64 = (0..BOTTOMS)
             .map(|bottom| (self.uncovered_totals[bottom][leaf as usize], &self.drifts[bottom]))
             .map(|(uncovered, drift)| if uncovered > 0 { drift.allowance(uncovered) } else { 0.0 })
             .sum();
-        // Each of four products a L(A) a term is off by at most half a step times its area, before and after.
+        // Each term has four products a L(A), each off by at most half a step times its area,
+        // before and after.
         let rounding = 4 * self.pixels as i64 * BOTTOMS as i64;
         let allowance = (allowance * (1_u64 << self.log.fraction_bits()) as f64).ceil() as i64;
         (error.saturating_sub(allowance).saturating_sub(rounding), u64::from(leaf))
@@ -282,7 +294,8 @@ impl Vmi {
         self.uncovered_totals.iter().any(|totals| totals[leaf as usize] > 0)
     }
 
-    /// Errors that every step changes are computed again as long as they might be the least.
+    /// Returns the leaf with the least error, replacing bounds with exact errors while a bound is
+    /// the least key.
     fn least(&mut self, areas: &Areas) -> Option<u32> {
         loop {
             let leaf = self.tournament.winner();
@@ -298,13 +311,14 @@ impl Vmi {
         }
     }
 
-    /// The unit of [`error`](Self::error), in bits of information.
+    /// Converts an [`error`](Self::error) to bits of information.
     pub fn error_bits(&self, areas: &Areas, error: i64) -> f64 {
         let scale = if self.background { self.pixels as f64 / areas.views as f64 } else { 1.0 };
         self.log.to_bits(error) / scale
     }
 
-    /// F(v) of every view, the background's row left out.
+    /// F(v) of every view, without the background's row.
+    #[cfg(test)]
     pub fn f(&self) -> &[i64] {
         &self.f
     }
@@ -321,7 +335,8 @@ impl Vmi {
         holds && (self.background || areas.pending() == 0)
     }
 
-    /// Errors that were made exact for a choice go back to bounds, before anything moves.
+    /// Replaces the errors that were made exact for a choice with bounds again, before anything
+    /// moves.
     fn retire_exact(&mut self) {
         for leaf in std::mem::take(&mut self.work.exact) {
             let key = self.tournament.key(leaf);
@@ -358,7 +373,8 @@ impl Vmi {
         self.work.dirty = dirty;
     }
 
-    /// A leaf that stands behind others in more or fewer pixels than before: where its error is exact its tie-break moves.
+    /// Updates the tie-breaks of leaves with exact errors that are now second in more or fewer
+    /// pixels.
     fn refresh_tie_breaks(&mut self, areas: &Areas, changes: &[&[Change]]) {
         for leaf in changes.iter().copied().flatten().flat_map(|change| [change.from[1], change.to[1]]) {
             if (leaf as usize) < areas.leaves {

@@ -1,24 +1,35 @@
-//! How much larger the leaves that stay are drawn.
+//! Enlargement of the remaining leaves.
 //!
-//! Limits: one factor for all leaves; holes and clusters of a random order stay what they are.
+//! Limits: one factor for all leaves, so the holes and clusters of a random order remain.
 
-/// A rule for the area of the leaves that stay.
+/// Rule that sets the area of the remaining leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "names",
+    derive(strum::Display, strum::EnumMessage, strum::EnumString, strum::IntoStaticStr, strum::VariantArray)
+)]
+#[cfg_attr(feature = "names", strum(serialize_all = "lowercase"))]
 pub enum AreaRule {
-    /// Cook et al., Equation 6: the *visible* area stays what it is, given how much leaves hide each other.
+    /// Cook et al., Equation 6: preserves the *visible* area, accounting for occlusion between
+    /// leaves.
     #[default]
     Visible,
-    /// Cook et al., Equation 3: the surface area stays what it is. Too much where leaves hide each other.
+    /// Cook et al., Equation 3: preserves the surface area. Too large where leaves occlude each
+    /// other.
     Surface,
-    /// Gomez: 1/lambda as a *linear* factor, so that the surface area grows as 1/lambda. Brightens far crowns; for comparison.
+    /// Gomez: 1/lambda as a *linear* factor, so the total surface area grows as 1/lambda. Brightens
+    /// distant crowns; for comparison.
     Linear,
-    /// No leaf grows.
+    /// Leaves keep their size.
     None,
 }
 
 impl AreaRule {
-    /// Linear scale of every leaf at `lambda`, of which `visible_share` (r) is that of one leaf. At least 1; 1 where lambda
-    /// is 1 or more, or not a number. Lambda counts as at least [`FLOOR`](super::lambda::FLOOR).
+    /// Linear scale of every leaf at `lambda`; `visible_share` (r) is one leaf's share of the
+    /// plant's visible area.
+    ///
+    /// Always at least 1, and exactly 1 if `lambda` is NaN or at least 1. A `lambda` below
+    /// [`FLOOR`](super::lambda::FLOOR) is raised to it.
     pub fn linear_scale(self, lambda: f64, visible_share: f64) -> f64 {
         let lambda = super::lambda::floored(lambda);
         match self {
@@ -30,18 +41,20 @@ impl AreaRule {
     }
 }
 
-/// Area factor s = (1 - (1 - r)^(1/lambda)) / r, for lambda in (0, 1]: `n` leaves of visible share r cover 1 - (1 - r)^n of
-/// what can be covered, so lambda * N leaves of share r * s cover as much as N of share r.
+/// Area factor s = (1 - (1 - r)^(1/lambda)) / r, for lambda in (0, 1].
 ///
-/// Between 1 and 1/lambda, which is its limit for r -> 0; 1 for r = 1. An `r` outside 0 to 1 counts as the nearer end, and
-/// what is not a number as 0.
+/// `n` leaves of visible share r cover a fraction 1 - (1 - r)^n of the coverable area, so
+/// lambda * N leaves of share r * s cover as much as N leaves of share r.
+///
+/// The factor lies between 1 (for r = 1) and 1/lambda (its limit for r -> 0). `r` is clamped to 0
+/// to 1; NaN is treated as 0.
 pub fn visible_factor(lambda: f64, visible_share: f64) -> f64 {
     let r = if visible_share.is_nan() { 0.0 } else { visible_share.clamp(0.0, 1.0) };
-    // Below this numbers have fewer digits, and the limit is met to the last one.
+    // Subnormal numbers have fewer digits, and here the limit is exact to the last bit.
     if r < f64::MIN_POSITIVE {
         return lambda.recip();
     }
-    // ln(1 - r) and 1 - e^x lose no digits where r is small; the last one may still leave the range.
+    // ln_1p and exp_m1 keep full precision for small r; rounding may still leave the range.
     let factor = -(((-r).ln_1p() / lambda).exp_m1()) / r;
     factor.min(lambda.recip()).max(1.0)
 }
@@ -50,7 +63,7 @@ pub fn visible_factor(lambda: f64, visible_share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// (1 - r)^n summed up as what n leaves, one after another, leave uncovered; n a whole number.
+    /// The factor at lambda = 1/n, with the coverage of n leaves accumulated one leaf at a time.
     fn factor_leaf_by_leaf(n: u32, r: f64) -> f64 {
         let covered = (0..n).fold(0.0, |covered, _| covered + (1.0 - covered) * r);
         covered / r
@@ -71,7 +84,7 @@ mod tests {
         for (lambda, factor) in [(0.1, 9.56), (0.02, 39.5), (0.01, 63.4)] {
             assert!((visible_factor(lambda, 1e-2) - factor).abs() < 0.05, "lambda {lambda}");
         }
-        // r = 1e-4 stays within 1 % of 1/lambda down to lambda = 0.01.
+        // For r = 1e-4 the factor is within 1 % of 1/lambda down to lambda = 0.01.
         assert!((0..=99).all(|i| {
             let lambda = 0.01 + 0.01 * f64::from(i);
             visible_factor(lambda, 1e-4) * lambda > 0.99

@@ -1,25 +1,29 @@
-//! Contrast: fewer, larger leaves vary more from pixel to pixel than many small ones, so their colours are drawn towards
-//! their mean (Cook et al., Equations 22 and 23).
+//! Contrast reduction: fewer, larger leaves vary more from pixel to pixel than many small ones, so
+//! their colours are moved towards the mean (Cook et al., Equations 22 and 23).
 //!
-//! It acts on *shaded* colours: those that light has reached.
+//! Applies to *shaded* colours, that is, after lighting.
 //!
 //! Limits: one mean for all leaves of a plant.
 
-/// Share alpha of a colour's distance from the mean that stays: sqrt(lambda) (Equation 22). Within 0 and 1.
+/// Factor alpha on a colour's distance from the mean: sqrt(lambda) (Equation 22), from 0 to 1.
+///
+/// `lambda` is clamped to 0 to 1; NaN is treated as 1.
 pub fn kept(lambda: f64) -> f64 {
     if lambda.is_nan() { 1.0 } else { lambda.clamp(0.0, 1.0).sqrt() }
 }
 
-/// As [`kept`] where a pixel averages at most `most_samples` leaves (Equation 23): sqrt(min(lambda k, k_max) / min(k, k_max))
-/// with k = `samples_at_start` / `area_ratio` the leaves behind a pixel. 1 near and very far, less between; k_max is 121 as
-/// published.
+/// Same as [`kept`] when a pixel averages at most `most_samples` leaves, k_max (Equation 23):
+/// sqrt(min(lambda k, k_max) / min(k, k_max)), where k = `samples_at_start` / `area_ratio` is the
+/// number of leaves behind a pixel.
+///
+/// 1 near the camera and very far away, less in between. The published k_max is 121.
 pub fn kept_with_samples(lambda: f64, area_ratio: f64, samples_at_start: f64, most_samples: f64) -> f64 {
     let samples = samples_at_start / area_ratio;
     let share = (lambda * samples).min(most_samples) / samples.min(most_samples);
     kept(share)
 }
 
-/// mean + kept (color - mean), each channel linear.
+/// Returns mean + kept * (color - mean) for each linear channel.
 pub fn toned(color: [f32; 3], mean: [f32; 3], kept: f32) -> [f32; 3] {
     [0, 1, 2].map(|i| mean[i] + kept * (color[i] - mean[i]))
 }
@@ -30,7 +34,8 @@ mod tests {
 
     #[test]
     fn the_variance_of_lambda_n_leaves_becomes_that_of_n() {
-        // Means of n draws vary by sigma^2 / n: lambda n of them, each drawn to the mean by sqrt(lambda), as n do.
+        // The mean of n samples has variance sigma^2 / n. With each sample scaled by sqrt(lambda)
+        // about the mean, lambda n samples give the same variance.
         for (n, lambda) in [(100.0, 0.25), (1e4, 0.01), (7.0, 1.0)] {
             let variance = kept(lambda).powi(2) / (lambda * n);
             assert!((variance * n - 1.0).abs() < 1e-12);

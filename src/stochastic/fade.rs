@@ -1,42 +1,46 @@
-//! Fades: how much of each of the last leaves is there, so that none comes or goes at once.
+//! Fades: partial presence of the last leaves, so that none appears or disappears abruptly.
 //!
-//! Three published windows about lambda, each falling from 1 to 0 as a leaf's rank passes it, in a straight line or smoothly.
-//! What the share fades is the caller's choice: size (area, as the renderers' window does it) or alpha.
+//! Three published windows around lambda. Within each, a leaf's share falls from 1 to 0 with its
+//! rank, linearly or smoothly. The caller applies the share to size (to area, as the renderers'
+//! window does) or to alpha.
 //!
-//! Limits: only [`Fade::Window`] keeps the total area at lambda exactly, and only while the window fits.
+//! Limits: only [`FadeWindow::Window`] keeps the total area exactly at lambda, by narrowing near 0
+//! and 1.
 
-/// Where leaves fade.
+/// Window of ranks in which leaves fade.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fade {
-    /// Leaves are there or not.
+pub enum FadeWindow {
+    /// No fade: a leaf is either drawn or not.
     None,
-    /// Cook et al.: within `half_width` of lambda to either side, less near 0 and 1; 0.1 as published.
+    /// Cook et al.: `half_width` on either side of lambda, narrower near 0 and 1; published as 0.1.
     Window {
-        /// t0, in shares of all leaves.
+        /// t0, as a share of all leaves.
         half_width: f64,
     },
-    /// Gomez: the last 5 % of the leaves that are drawn. Loses 2.5 % of the area.
+    /// Gomez: the last 5 % of the drawn leaves. Loses 2.5 % of the area.
     Trailing,
-    /// Fichtner: a tenth of lambda to either side, at most `most`, and never past the last leaf.
+    /// Fichtner: a tenth of lambda on either side, at most `most`, and never past the last leaf.
     Relative {
-        /// Greatest half width, c, in shares of all leaves.
+        /// Maximum half width, c, as a share of all leaves.
         most: f64,
     },
 }
 
-/// Gomez's share of the drawn leaves that is there whole.
+/// Gomez's share of the drawn leaves that are fully present.
 const TRAILING_WHOLE: f64 = 0.95;
-/// Fichtner's half width over lambda.
+/// Fichtner's half width as a fraction of lambda.
 const RELATIVE_HALF_WIDTH: f64 = 0.1;
 
-impl Default for Fade {
+impl Default for FadeWindow {
     fn default() -> Self {
         Self::Window { half_width: 0.1 }
     }
 }
 
-impl Fade {
-    /// From which rank to which leaves fade at `lambda`; both at most 1, equal where none does.
+impl FadeWindow {
+    /// First and last rank of the fade at `lambda`; both at most 1, and equal if no leaf fades.
+    ///
+    /// `lambda` is clamped to 0 to 1; NaN is treated as 1.
     pub fn window(self, lambda: f64) -> [f64; 2] {
         let lambda = if lambda.is_nan() { 1.0 } else { lambda.clamp(0.0, 1.0) };
         let around = |half_width: f64| [lambda - half_width, lambda + half_width];
@@ -48,7 +52,7 @@ impl Fade {
         }
     }
 
-    /// How much of the leaf of `rank` (0 to 1) is there at `lambda`: 0 to 1, in a straight line.
+    /// Share of the leaf at `rank` (0 to 1) that is present at `lambda`: 0 to 1, linear in rank.
     pub fn share(self, rank: f64, lambda: f64) -> f64 {
         let [from, to] = self.window(lambda);
         if rank < from {
@@ -60,7 +64,7 @@ impl Fade {
         }
     }
 
-    /// As [`share`](Self::share), leaving 1 and reaching 0 without a kink.
+    /// Same as [`share`](Self::share), eased with a smoothstep at both ends.
     pub fn smooth_share(self, rank: f64, lambda: f64) -> f64 {
         let t = self.share(rank, lambda);
         t * t * (3.0 - 2.0 * t)
@@ -71,10 +75,14 @@ impl Fade {
 mod tests {
     use super::*;
 
-    const FADES: [Fade; 4] =
-        [Fade::None, Fade::Window { half_width: 0.1 }, Fade::Trailing, Fade::Relative { most: 0.1 }];
+    const FADES: [FadeWindow; 4] = [
+        FadeWindow::None,
+        FadeWindow::Window { half_width: 0.1 },
+        FadeWindow::Trailing,
+        FadeWindow::Relative { most: 0.1 },
+    ];
 
-    /// The window as the paper prints it, t as it stands.
+    /// The window as printed in the paper, without narrowing t near 0 and 1.
     fn published(rank: f64, lambda: f64, t: f64) -> f64 {
         if rank < lambda - t {
             1.0
@@ -95,13 +103,13 @@ mod tests {
         for lambda in [0.1, 0.35, 0.9] {
             for i in 0..=1000 {
                 let rank = f64::from(i) / 1000.0;
-                let share = Fade::default().share(rank, lambda);
+                let share = FadeWindow::default().share(rank, lambda);
                 assert!((share - published(rank, lambda, 0.1)).abs() < 1e-9, "{rank} at {lambda}");
             }
         }
         for lambda in [0.0, 1e-3, 0.01, 0.05, 0.5, 0.97, 1.0] {
-            assert!((total(|rank| Fade::default().share(rank, lambda)) - lambda).abs() < 1e-4, "{lambda}");
-            assert!((total(|rank| Fade::default().smooth_share(rank, lambda)) - lambda).abs() < 1e-4, "{lambda}");
+            assert!((total(|rank| FadeWindow::default().share(rank, lambda)) - lambda).abs() < 1e-4, "{lambda}");
+            assert!((total(|rank| FadeWindow::default().smooth_share(rank, lambda)) - lambda).abs() < 1e-4, "{lambda}");
         }
     }
 
@@ -111,7 +119,7 @@ mod tests {
             let area = total(|rank| published(rank, lambda, 0.1)) / lambda;
             assert!((area - relative).abs() < 0.01, "lambda {lambda}: {area}");
         }
-        let trailing = total(|rank| Fade::Trailing.share(rank, 0.4)) / 0.4;
+        let trailing = total(|rank| FadeWindow::Trailing.share(rank, 0.4)) / 0.4;
         assert!((trailing - 0.975).abs() < 1e-3);
     }
 
@@ -125,7 +133,10 @@ mod tests {
             }
             assert_eq!([fade.share(0.999, 1.0) > 0.0, fade.share(0.0, 0.0) > 0.0], [true, false], "{fade:?}");
         }
-        // Every leaf is whole at lambda 1, but for the trailing fade.
-        assert_eq!([Fade::default(), Fade::Relative { most: 0.1 }].map(|fade| fade.share(0.999, 1.0)), [1.0; 2]);
+        // At lambda 1 every leaf is fully present, except with the trailing fade.
+        assert_eq!(
+            [FadeWindow::default(), FadeWindow::Relative { most: 0.1 }].map(|fade| fade.share(0.999, 1.0)),
+            [1.0; 2]
+        );
     }
 }

@@ -1,34 +1,39 @@
-//! The share of the leaves that stay: the published laws beside Cook's own, and what a scene makes of them.
+//! The share of leaves to keep, lambda: the published laws, including Cook's own, and Gomez's
+//! scene-wide reduction.
 //!
-//! Limits: no law looks at anything but distance or area.
+//! Limits: every law depends on distance or area alone.
 
-/// Least lambda: below it a plant would vanish at once instead of thinning out (Gomez drops whole models there).
+/// Minimum lambda: below it a plant would vanish abruptly instead of thinning out (Gomez drops
+/// whole models there).
 pub const FLOOR: f64 = 0.005;
 
-/// Lambda within [`FLOOR`] and 1. Not a number counts as 1.
+/// Clamps lambda to the range from [`FLOOR`] to 1. NaN is treated as 1.
 pub fn floored(lambda: f64) -> f64 {
     if lambda.is_nan() { 1.0 } else { lambda.clamp(FLOOR, 1.0) }
 }
 
-/// Gomez: (d0/d)^(-1/log2 h), from the ratio of *distances*; half of the leaves stay where d0/d is h. 1 within `start`.
+/// Gomez: (d0/d)^(-1/log2 h), from the ratio of *distances*; half of the leaves remain where d0/d
+/// is h. Returns 1 for distances up to `start`.
 ///
-/// Leaves fall at most as 1/d for h up to 1/2, while the pixels of the plant fall as 1/d^2.
+/// For h up to 1/2 the number of leaves falls at most as 1/d, while the plant's pixels fall as
+/// 1/d^2.
 pub fn from_distance(distance: f64, start: f64, half_ratio: f64) -> f64 {
     power_law(start / distance, half_ratio)
 }
 
-/// Cook et al., Equation 2: b^(ln(1/2)/ln h), from the ratio of screen *areas*; half of the leaves stay where b is h.
+/// Cook et al., Equation 2: b^(ln(1/2)/ln h), from the ratio of screen *areas*; half of the leaves
+/// remain where b is h.
 pub fn from_area(area_ratio: f64, half_area: f64) -> f64 {
     power_law(area_ratio, half_area)
 }
 
-/// Mack, as published: z^(-log2 h) with z = max(1, distance/start). Only near h = 2 do about half of the leaves stay where
-/// z is h.
+/// Mack, as published: z^(-log2 h) with z = max(1, distance/start). Only for h near 2 do about half
+/// of the leaves remain where z is h.
 pub fn as_mack_published(distance: f64, start: f64, half_distance: f64) -> f64 {
     floored((distance / start).max(1.0).powf(-half_distance.log2()))
 }
 
-/// 1 for ratios of 1 and more, `h` giving 1/2.
+/// Power of `ratio` that is 1/2 at `h`; 1 for ratios of at least 1 and for NaN.
 fn power_law(ratio: f64, h: f64) -> f64 {
     if ratio.is_nan() || ratio >= 1.0 {
         return 1.0;
@@ -38,23 +43,26 @@ fn power_law(ratio: f64, h: f64) -> f64 {
     floored(ratio.max(0.0).powf(0.5_f64.ln() / h.ln()))
 }
 
-/// What a whole scene takes off lambda (Gomez): lambda (1 - a w ((d - d_min) / d_range)^p), the farther a plant the more.
+/// Scene-wide reduction of lambda (Gomez), which grows with a plant's distance:
+/// lambda (1 - a w ((d - d_min) / d_range)^p), where w is d_range over the far plane's distance,
+/// clamped to 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SceneReduction {
-    /// Greatest share taken off, a; 0.5 as published.
+    /// Maximum reduction, a, as a share of lambda; published as 0.5.
     pub strength: f64,
-    /// Distances of the nearest and of the farthest plant in view.
+    /// Distances of the nearest and farthest plants in view.
     pub range: [f64; 2],
     /// Distance of the far plane. Scenes that do not reach it are reduced less.
     pub far: f64,
-    /// Plants at which the falloff is a straight line, m; 50 as published.
+    /// Number of plants at which the falloff is linear, m; published as 50.
     pub linear_falloff_plants: f64,
-    /// Plants in view, n: the exponent is m/n.
+    /// Number of plants in view, n; the exponent p is m/n.
     pub plants: f64,
 }
 
 impl SceneReduction {
-    /// Lambda of a plant at `distance`. Unchanged where all plants are equally far; distances count as within the range.
+    /// Reduced lambda of a plant at `distance`, which is clamped to the range. Only clamped to
+    /// [`FLOOR`] and 1 if all plants are at the same distance.
     pub fn reduced(&self, lambda: f64, distance: f64) -> f64 {
         let [nearest, farthest] = self.range;
         let range = farthest - nearest;
@@ -113,7 +121,7 @@ mod tests {
         assert_eq!(REDUCTION.reduced(0.5, 10.0), 0.5);
         assert!((REDUCTION.reduced(0.5, 90.0) - 0.5 * (1.0 - 0.5 * 0.8)).abs() < 1e-12);
         assert!((REDUCTION.reduced(0.5, 50.0) - 0.5 * (1.0 - 0.5 * 0.8 * 0.5)).abs() < 1e-12);
-        // More plants than m: the exponent falls below 1, and near plants lose more.
+        // With more than m plants the exponent falls below 1, and nearby plants lose more.
         let crowded = SceneReduction { plants: 200.0, ..REDUCTION };
         assert!((crowded.reduced(0.5, 50.0) - 0.5 * (1.0 - 0.5 * 0.8 * 0.5_f64.powf(0.25))).abs() < 1e-12);
         assert_eq!(SceneReduction { range: [30.0, 30.0], ..REDUCTION }.reduced(0.5, 30.0), 0.5);

@@ -1,4 +1,4 @@
-//! The random order, as a model that enlarges nothing; and how much of a plant one leaf shows.
+//! Random leaf order, as a model without enlargement, and the visible share of one leaf.
 
 use crate::{
     Plant, Result,
@@ -14,46 +14,48 @@ use crate::{
     },
 };
 
-/// Pixels on a side of the views in which areas are measured: small leaves still cover some pixel of some view.
+/// Side of the views in which areas are measured, in pixels. Fine enough that even a small leaf
+/// covers a pixel in some view.
 const RESOLUTION: u32 = 256;
-/// The views: the vertices of a dodecahedron.
+/// Number of views: one at each vertex of a dodecahedron.
 const VIEWS: u32 = 20;
 
 /// A plant ready for stochastic pruning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stochastic {
-    /// The plant with its leaves in seeded order; no leaf is enlarged for another.
+    /// The plant with its leaves in seeded order; pruning a leaf does not enlarge another.
     pub model: FoliageModel,
-    /// r: visible area of one leaf alone over that of the plant's foliage, mean of all leaves and views; 0 to 1.
+    /// r, 0 to 1: mean unoccluded area of one leaf, summed over all views, divided by the visible
+    /// area of the plant's foliage.
     pub visible_share: f64,
 }
 
 impl Stochastic {
-    /// Shuffles the leaves of `plant` by `seed` and measures `r` in fragments of `source`.
+    /// Shuffles the leaves of `plant` with `seed` and measures r in the fragments of `source`.
     ///
     /// # Errors
-    /// Those of [`visible_share`] and [`shuffled`].
+    /// Same as [`visible_share`] and [`shuffled`].
     pub fn new(plant: &Plant, seed: u64, source: &mut dyn FragmentSource) -> Result<Self> {
         Ok(Self { model: shuffled(plant, seed)?, visible_share: visible_share(plant, source)? })
     }
 }
 
-/// The leaves in an order that depends on `seed` alone: Fisher and Yates' shuffle.
+/// Fisher-Yates shuffle of the leaf indices `0..leaves`. The same `seed` gives the same order.
 pub fn order(leaves: u32, seed: u64) -> Vec<u32> {
     let mut order: Vec<u32> = (0..leaves).collect();
     let mut random = Random::new(seed);
     for last in (1..order.len()).rev() {
-        // The bias of the remainder is below 2^-40 for any plant.
+        // The modulo bias is below 2^-40 for any plant.
         let other = (random.bits() % (last as u64 + 1)) as usize;
         order.swap(last, other);
     }
     order
 }
 
-/// The plant's model in seeded order, nothing enlarged.
+/// Builds the plant's model with its leaves in seeded order, without enlargement.
 ///
 /// # Errors
-/// Those of [`FoliageModel::assemble`]; a plant without leaves has none.
+/// Same as [`FoliageModel::assemble`], which refuses a plant without leaves.
 pub fn shuffled(plant: &Plant, seed: u64) -> Result<FoliageModel> {
     let order = order(plant.leaves.len() as u32, seed);
     let prune = |&leaf: &u32| Prune { leaf, target: order[0], target_scale: 1.0, error: 0.0 };
@@ -71,10 +73,11 @@ pub fn shuffled(plant: &Plant, seed: u64) -> Result<FoliageModel> {
     FoliageModel::assemble(plant, &prunes, recipe)
 }
 
-/// r of [`Stochastic`]; 0 where no view shows any leaf.
+/// Measures r of [`Stochastic`]; 0 if no leaf is visible in any view.
 ///
 /// # Errors
-/// Those of `source`, and [`Unreadable`](crate::Error::Unreadable) for a texture that cannot be decoded.
+/// Same as `source`, and [`Unreadable`](crate::Error::Unreadable) for a texture that cannot be
+/// decoded.
 pub fn visible_share(plant: &Plant, source: &mut dyn FragmentSource) -> Result<f64> {
     let leaves = plant.leaves.len();
     let views = ViewSet::new(plant.sphere(), RESOLUTION, VIEWS)?;
@@ -93,7 +96,7 @@ mod tests {
     use super::*;
     use crate::{leaf::Vertex, material::Material, simplify::raster::CpuFragments};
 
-    /// Equal squares of side 1 in the plane z = 0, with a gap between any two.
+    /// Unit squares in a row in the plane z = 0, with gaps between them.
     fn squares(count: u32) -> Plant {
         let mut plant = Plant { materials: vec![Material::default()], ..Plant::default() };
         for i in 0..count {

@@ -1,20 +1,22 @@
-//! Small glTF files, made here: a row of cards, as JSON and buffer that a test may change before it writes them.
+//! Small glTF files built in memory: a row of cards, as JSON and a buffer that a test can change
+//! before encoding them.
 
-#![allow(dead_code)] // Each test binary uses its part.
+#![allow(dead_code)] // Each test binary uses only some of it.
 
 use serde_json::{Value, json};
 
-/// A glTF file in parts.
+/// A glTF file as JSON and a buffer.
 #[derive(Clone)]
 pub struct Gltf {
-    /// The JSON.
+    /// The JSON part.
     pub json: Value,
     /// Buffer 0.
     pub buffer: Vec<u8>,
 }
 
-/// `count` unit cards in a row along x, 3 apart, facing +z: accessors 0 positions, 1 uvs, 2 indices (unsigned short), one
-/// node, one mesh, one masked material named "leaf".
+/// `count` unit cards in a row along x, 3 apart, facing +z. Accessor 0 holds positions, 1 texture
+/// coordinates and 2 indices (unsigned short). There is one node, one mesh and one masked material
+/// named "leaf".
 pub fn cards(count: u16) -> Gltf {
     let corners = [[0.0f32, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let mut buffer = Vec::new();
@@ -53,14 +55,14 @@ pub fn cards(count: u16) -> Gltf {
 }
 
 impl Gltf {
-    /// The parts of a sound binary glTF file.
+    /// Splits a valid binary glTF file into its parts.
     pub fn of(bytes: &[u8]) -> Self {
         let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
         let (json, buffer) = bytes[20..].split_at(length);
         Self { json: serde_json::from_slice(json).unwrap(), buffer: buffer[8..].to_vec() }
     }
 
-    /// Appends `bytes` to the buffer as a view and `accessor` on it; returns the accessor's number.
+    /// Appends `bytes` to the buffer, with a view and `accessor`; returns the accessor's index.
     pub fn push(&mut self, bytes: &[u8], mut accessor: Value) -> usize {
         let view = json!({ "buffer": 0, "byteOffset": self.buffer.len(), "byteLength": bytes.len() });
         self.buffer.extend_from_slice(bytes);
@@ -72,7 +74,7 @@ impl Gltf {
         accessors.len() - 1
     }
 
-    /// The file as binary glTF.
+    /// Encodes the file as binary glTF.
     pub fn glb(&self) -> Vec<u8> {
         let mut json = self.json.to_string().into_bytes();
         json.resize(json.len().next_multiple_of(4), b' ');

@@ -1,8 +1,9 @@
-//! The adapter that GPU tests run on.
+//! The GPU device that tests run on, and the difference between pictures.
 
-use foliage_lod::render::device::{GpuDevice, GpuOptions};
+use foliage_lod::gpu::{GpuDevice, GpuOptions};
 
-/// The device, or `None` after saying so where there is no adapter; with `FOLIAGE_REQUIRE_ADAPTER=1` that is a failure.
+/// Opens the GPU device. Without an adapter it prints a note and returns `None`, or panics if
+/// `FOLIAGE_REQUIRE_ADAPTER` is set.
 pub fn gpu() -> Option<GpuDevice> {
     match GpuDevice::new(&GpuOptions::from_env()) {
         Ok(gpu) => Some(gpu),
@@ -14,9 +15,9 @@ pub fn gpu() -> Option<GpuDevice> {
     }
 }
 
-/// Mean difference of all channels, and the one that 95 % of the pixels stay below.
+/// Mean difference over all channels, and 95th percentile of the largest difference per pixel.
 #[allow(dead_code)]
-pub fn difference(a: &foliage_lod::render::image::Image, b: &foliage_lod::render::image::Image) -> (f64, u8) {
+pub fn difference(a: &foliage_lod::software::Image, b: &foliage_lod::software::Image) -> (f64, u8) {
     let pixels = a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
     let mut differences: Vec<u8> =
         pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap()).collect();

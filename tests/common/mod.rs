@@ -1,5 +1,5 @@
-//! Shared by the integration tests: generated plants and slow oracles.
-#![allow(dead_code)] // Each test binary uses its part.
+//! Helpers shared by the integration tests: generated plants and slow oracles.
+#![allow(dead_code)] // Each test binary uses only some of it.
 
 #[cfg(feature = "render")]
 pub mod gpu;

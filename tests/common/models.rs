@@ -1,18 +1,13 @@
-//! Models of small plants by any options, and pictures of them.
+//! Models of small plants with any options, and pictures of them.
 
 use foliage_lod::{
-    Plant,
-    model::FoliageModel,
-    render::{
-        camera::Camera,
-        image::Image,
-        software::{Background, DrawOptions, draw_model},
-    },
-    simplify::{Compensate, Quiet, SimplifyOptions, options::Criterion, raster::CpuFragments, simplify},
+    FoliageModel, LookAt, Plant,
+    simplify::{Compensate, CpuFragments, Criterion, Quiet, SimplifyOptions, simplify},
+    software::{Background, DrawOptions, Image, draw_model},
 };
 use glam::DVec3;
 
-/// Every criterion with every rule that enlarges, with and without a cascade; one thread.
+/// Every criterion with every compensation rule, with and without a cascade, on one thread.
 pub fn all_options(resolution: u32) -> Vec<SimplifyOptions> {
     let mut all = Vec::new();
     for criterion in [Criterion::Vmi, Criterion::Area, Criterion::Image] {
@@ -35,13 +30,13 @@ pub fn bare() -> DrawOptions {
     DrawOptions { background: Background::Transparent, ..DrawOptions::default() }
 }
 
-/// Covered pixels, partly covered ones by their share.
+/// Number of covered pixels; partly covered pixels count as fractions.
 pub fn covered_px(image: &Image) -> f64 {
     image.rgba.iter().skip(3).step_by(4).map(|&alpha| f64::from(alpha) / 255.0).sum()
 }
 
-/// The model at active count `n` from the side, framed.
+/// A picture of the model at active count `n`, framed from the side.
 pub fn picture(model: &FoliageModel, n: usize, fov_deg: f64) -> Image {
-    let camera = Camera::framing(&model.sphere(), DVec3::new(1.0, 0.3, 2.0), fov_deg.to_radians(), 1.1);
-    draw_model(model, n, &camera, SIZE, &bare()).unwrap()
+    let camera = LookAt::framing(&model.sphere(), DVec3::new(1.0, 0.3, 2.0), fov_deg.to_radians(), 1.1);
+    draw_model(model, n, &camera.camera(SIZE[1]), SIZE, &bare()).unwrap()
 }

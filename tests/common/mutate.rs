@@ -1,4 +1,4 @@
-//! Damage to bytes, text and JSON, the same for the same seed on every run.
+//! Random damage to bytes, text and JSON, reproducible from a seed.
 
 use serde_json::{Value, json};
 use std::{
@@ -7,12 +7,14 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Cases of each kind unless the environment says otherwise.
+/// Number of cases of each kind, unless `FOLIAGE_FUZZ_CASES` is set.
 const CASES: u64 = 5000;
-/// The longest that one case may take.
+/// Longest time that one case may take.
 const LIMIT: Duration = Duration::from_secs(1);
 
-/// Lets `run` try each case and say in a word how it ended; with at least [`CASES`] of them each outcome of `expected` occurs.
+/// Runs each case with `run`, which returns the name of its outcome. Fails if a case panics or
+/// takes longer than [`LIMIT`], or if an outcome in `expected` does not occur in at least [`CASES`]
+/// cases.
 pub fn survive(kind: &str, expected: &[&str], run: impl Fn(&mut Random) -> &'static str + Send + 'static) {
     let cases = std::env::var("FOLIAGE_FUZZ_CASES").map_or(CASES, |cases| cases.parse().expect("a number of cases"));
     let started = Instant::now();
@@ -54,24 +56,24 @@ const NOTABLE: [u64; 21] = [
     0x3F80_0000, // 1.0
     0xBF80_0000, // -1.0
     0x3F80_0001, // just above 1.0
-    0x7F7F_FFFF, // greatest finite f32
+    0x7F7F_FFFF, // largest finite f32
     0x7F80_0000, // infinity
     0xFFC0_0000, // not a number
     1 << 62,
     u64::MAX - 55,
     u64::MAX,
 ];
-/// Numbers as text, parted by spaces.
+/// Numbers as text, separated by spaces.
 const NUMBERS: &str = "0 -0.0 1 -1 2 0.5 1e-45 1e30 -3e38 1e39 1e400 nan -inf 4294967295 9223372036854775807 \
     99999999999999999999";
-/// Longest run of bytes that is cut out, doubled or copied.
+/// Longest run of bytes that is removed, duplicated or copied.
 const LONGEST_RUN: usize = 64;
 
-/// Numbers from a seed: xorshift64* (Vigna, 2016).
+/// Pseudorandom numbers from a seed: xorshift64* (Vigna, 2016).
 pub struct Random(u64);
 
 impl Random {
-    /// Another stream for every seed below `u64::MAX`.
+    /// A different stream for every seed below `u64::MAX`.
     pub fn new(seed: u64) -> Self {
         Self((seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
     }
@@ -83,24 +85,25 @@ impl Random {
         self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
     }
 
-    /// 0 up to but not `end`; 0 where that is nothing.
+    /// An integer from 0 up to but not including `end`; 0 if `end` is 0.
     pub fn below(&mut self, end: usize) -> usize {
         (self.bits() >> 32) as usize % end.max(1)
     }
 
-    /// One of the words of `text`, which are parted by single spaces.
+    /// One of the words of `text`, which are separated by single spaces.
     fn word<'a>(&mut self, text: &'a str) -> &'a str {
         let words = text.split(' ');
         words.clone().nth(self.below(words.count())).unwrap_or_default()
     }
 
-    /// One of `from`, which is not empty.
+    /// One element of `from`, which must not be empty.
     pub fn pick<T: Clone>(&mut self, from: &[T]) -> T {
         from[self.below(from.len())].clone()
     }
 }
 
-/// Changes one to three places: bits, bytes, numbers, runs of bytes that go, come twice or cover others, the end.
+/// Changes one to three places: flips bits, replaces bytes, writes notable numbers, removes,
+/// inserts or overwrites runs of bytes, or truncates.
 pub fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     for _ in 0..=random.below(3) {
         let at = random.below(bytes.len() + 1);
@@ -121,14 +124,14 @@ pub fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     }
 }
 
-/// Writes a notable number of up to `width` bytes at `at`, as far as there is room.
+/// Writes the low `width` bytes of a notable number at `at`, as far as there is room.
 pub fn write_notable(bytes: &mut [u8], at: usize, width: usize, random: &mut Random) {
     let number = random.pick(&NOTABLE).to_le_bytes();
     bytes.iter_mut().skip(at).zip(&number[..width]).for_each(|(byte, &new)| *byte = new);
 }
 
-/// Changes one or two lines: they go, come twice, change places, or a word of theirs becomes a number, one of `words` or
-/// another word of the text; at times bytes as well.
+/// Changes one or two lines: removes, duplicates or swaps them, or replaces a word by a number, one
+/// of `words` or another word of the text. In one case of four it damages bytes as well.
 pub fn damage_text(text: &str, words: &str, random: &mut Random) -> Vec<u8> {
     let all: Vec<&str> = text.split_whitespace().collect();
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
@@ -154,7 +157,8 @@ pub fn damage_text(text: &str, words: &str, random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// Changes one to three values: to a notable one, one of `words` or a copy of another; or something in them goes or comes.
+/// Changes one to three values: replaces them by a number, one of `words` or a copy of another
+/// value, or removes or adds elements.
 pub fn damage_json(json: &mut Value, words: &str, random: &mut Random) {
     for _ in 0..=random.below(3) {
         let places = places(json);
@@ -173,7 +177,7 @@ pub fn damage_json(json: &mut Value, words: &str, random: &mut Random) {
     }
 }
 
-/// Pointers to a value and everything in it.
+/// JSON pointers to a value and to everything in it.
 fn places(json: &Value) -> Vec<String> {
     let inner: Vec<(String, &Value)> = match json {
         Value::Array(values) => values.iter().enumerate().map(|(i, value)| (i.to_string(), value)).collect(),

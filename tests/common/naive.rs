@@ -1,21 +1,21 @@
-//! The whole simplification written from its formulas, without any cleverness: every candidate of every step is drawn and
-//! counted again. Shares no code with the library; slow.
+//! The whole simplification, written directly from its formulas without optimisation: every
+//! candidate of every step is redrawn and recounted. Slow; shares no code with the library.
 
 use super::naive_raster::{Mask, Masked, alpha_covers, inside, mask};
 use foliage_lod::{
     Plant,
     model::Prune,
-    simplify::{Compensate, options::Criterion},
+    simplify::{Compensate, Criterion},
 };
 use glam::{DVec3, Vec3};
 
-/// Difference between two polygons' looks in a view.
+/// Difference in appearance of two polygons in a view: `(view, a, b)`.
 type Difference<'a> = Box<dyn Fn(usize, usize, usize) -> i64 + 'a>;
 
-/// How two pictures differ.
+/// A measure of the difference between two pictures.
 pub struct Comparison<'a> {
     pub difference: Difference<'a>,
-    /// Between a polygon and the background.
+    /// Difference between a polygon and the background.
     pub coverage: i64,
 }
 
@@ -23,9 +23,9 @@ pub struct Naive<'a> {
     plant: &'a Plant,
     pub criterion: Criterion,
     pub compensate: Compensate,
-    /// What the criterion and what the rule that enlarges compares pictures by.
+    /// Measures used by the criterion and by the compensation rule.
     pub comparisons: [Option<Comparison<'a>>; 2],
-    /// What is in front at each pixel of each view at full detail.
+    /// Frontmost row at each pixel of each view at full detail.
     reference: Vec<Vec<usize>>,
     resolution: usize,
     background: bool,
@@ -34,7 +34,7 @@ pub struct Naive<'a> {
     radius: f64,
     /// (right, up, toward) of each view.
     pub cameras: Vec<[DVec3; 3]>,
-    /// Of each material's texture.
+    /// Alpha mask of each material's texture.
     masks: Vec<Option<Mask>>,
     fraction_bits: u32,
     /// log2 of every possible area, in fixed point.
@@ -43,7 +43,7 @@ pub struct Naive<'a> {
     live: Vec<bool>,
     /// For each leaf and view, (pixel, depth) at its current scale.
     drawn: Vec<Vec<Vec<(usize, u32)>>>,
-    /// Nearest wood of each view's pixels.
+    /// Depth of the nearest wood at each pixel of each view.
     wood: Vec<Vec<u32>>,
 }
 
@@ -70,7 +70,7 @@ impl<'a> Naive<'a> {
                 }
             }
         }
-        // The library lists the cube first; the order of views has no influence on any sum.
+        // The library lists the cube's vertices first; the order of the views affects no sum.
         let cameras = vertices.into_iter().map(|vertex| {
             let toward = vertex / vertex.dot(vertex).sqrt();
             let across = DVec3::Y.cross(toward);
@@ -144,13 +144,13 @@ impl<'a> Naive<'a> {
         self.surface(leaf).0 * f64::from(self.scales[leaf]).powi(2)
     }
 
-    /// The scale of a leaf with `area` added to its own.
+    /// The scale at which `area` is added to the leaf's own area, within the limits on its scale.
     fn grown(&self, leaf: usize, area: f64) -> f32 {
         let grown = ((self.area(leaf) + area) / self.surface(leaf).0).sqrt();
         grown.min(self.max_scale).min(self.room(leaf)).max(self.scales[leaf].into()) as f32
     }
 
-    /// Error of each leaf, in steps.
+    /// Error of pruning each leaf, in fixed-point steps.
     fn errors(&self, areas: &[Vec<u64>]) -> Vec<i64> {
         let leaves = 0..self.live.len();
         match self.criterion {
@@ -178,13 +178,14 @@ impl<'a> Naive<'a> {
         }
     }
 
-    /// What is in front at each pixel of each view.
+    /// Frontmost row at each pixel of each view, with one leaf left out.
     fn fronts(&self, without: Option<usize>) -> Vec<Vec<usize>> {
         let front = |view| self.nearest_fragments(view, without, None).into_iter().map(|(_, row)| row).collect();
         (0..20).map(front).collect()
     }
 
-    /// Eight times how close the views are to those at full detail, and `price` for each covered pixel and unit of coverage.
+    /// Score of the views with one leaf left out: -8 times their difference from full detail, plus
+    /// `price` times the unit of coverage for each covered pixel.
     fn score(&self, by: &Comparison<'_>, price: i64, without: Option<usize>) -> i64 {
         let background = self.live.len();
         let mut score = 0;
@@ -197,7 +198,8 @@ impl<'a> Naive<'a> {
         score
     }
 
-    /// From -8 to 8, one for each 1/160 of the covered pixels that lacks.
+    /// Price of coverage, from -8 to 8: 1 for each 1/160 of the pixels covered at full detail that
+    /// is missing now, negative if too many are covered.
     fn price(&self, areas: &[Vec<u64>]) -> i64 {
         let background = self.live.len();
         let open = self.reference.iter().flatten().filter(|&&front| front == background).count() as i64;
@@ -207,7 +209,7 @@ impl<'a> Naive<'a> {
         ((open_now - open) / step).clamp(-8, 8)
     }
 
-    /// Which leaf grows to which scale when the views decide.
+    /// The target and its scale that give the best score over the views.
     fn judged(&mut self, leaf: usize, nearest: &[usize], price: i64) -> (usize, f32) {
         let lost = self.area(leaf);
         let by = self.comparisons[1].take().unwrap();
@@ -240,7 +242,7 @@ impl<'a> Naive<'a> {
         (target, if gain > 0 { scale } else { self.scales[target] })
     }
 
-    /// Visible areas of leaves, background and wood, with one leaf left out.
+    /// Visible areas of leaves, background and wood in each view, with one leaf left out.
     pub fn count(&self, without: Option<usize>) -> Vec<Vec<u64>> {
         let mut areas = vec![vec![0; 20]; self.live.len() + 2];
         (0..20).for_each(|view| {
@@ -251,7 +253,7 @@ impl<'a> Naive<'a> {
         areas
     }
 
-    /// For each row, the pixels in which it stands directly behind the frontmost.
+    /// For each row, the number of pixels where it is directly behind the frontmost.
     fn count_seconds(&self) -> Vec<u64> {
         let mut seconds = vec![0; self.live.len() + 2];
         for view in 0..20 {
@@ -263,7 +265,7 @@ impl<'a> Naive<'a> {
         seconds
     }
 
-    /// The nearest (depth, row) at every pixel, of those behind `behind` where it is given.
+    /// The nearest (depth, row) at every pixel; with `behind`, only leaves behind those count.
     fn nearest_fragments(
         &self,
         view: usize,
@@ -284,7 +286,8 @@ impl<'a> Naive<'a> {
         nearest
     }
 
-    /// Information of each view, times the pixels of a view where the background counts.
+    /// Information of each view, multiplied by the number of pixels per view if the background
+    /// counts.
     fn information(&self, areas: &[Vec<u64>]) -> Vec<i64> {
         let background = self.live.len();
         let rows: Vec<&Vec<u64>> = areas
@@ -329,7 +332,8 @@ impl<'a> Naive<'a> {
         (area * 0.5, (weighted / area).as_vec3())
     }
 
-    /// The scale at which a leaf is a tenth of the diagonal out of the box around all leaves.
+    /// The scale, at least 1, at which the leaf extends beyond the bounding box of all leaves by a
+    /// tenth of the diagonal.
     fn room(&self, leaf: usize) -> f64 {
         let corners = || self.plant.vertices.iter().map(|v| Vec3::from(v.position).as_dvec3());
         let [low, high] = [corners().reduce(DVec3::min).unwrap(), corners().reduce(DVec3::max).unwrap()];
@@ -414,7 +418,7 @@ impl<'a> Naive<'a> {
         nearest
     }
 
-    /// Tests every pixel of the view.
+    /// Appends the fragments of a triangle, testing every pixel of the view.
     fn draw_triangle(
         &self,
         view: usize,
@@ -446,7 +450,7 @@ impl<'a> Naive<'a> {
             {
                 continue;
             }
-            // The ray eye + w (x right + y up - toward) meets the plane.
+            // Intersects the ray eye + w (x right + y up - toward) with the plane.
             let (ray_x, ray_y) = ((x as f64 - middle) / pixels_per_tan, (middle - y as f64) / pixels_per_tan);
             let ray = right * ray_x + up * ray_y - toward;
             let from_eye = level - normal.dot(toward * DISTANCE);
@@ -457,7 +461,7 @@ impl<'a> Naive<'a> {
     }
 }
 
-/// Digit by digit, rounded to the nearest step; 0 for 0.
+/// Base-2 logarithm in fixed point, digit by digit, rounded to the nearest step; 0 for 0.
 fn log2(n: u64, fraction_bits: u32) -> i64 {
     if n == 0 {
         return 0;

@@ -1,4 +1,4 @@
-//! Which pixels a triangle covers, written from the rules: the raster part of the naive method.
+//! Rasterisation for the naive method: the pixels that a triangle covers, straight from the rules.
 
 use foliage_lod::{
     Plant,
@@ -6,13 +6,13 @@ use foliage_lod::{
 };
 use glam::DVec2;
 
-/// Width, height and whether each texel covers.
+/// Width, height, and whether each texel is opaque.
 pub type Mask = (usize, usize, Vec<bool>);
 
-/// A mask, how it wraps, and the texture coordinates of a triangle's corners.
+/// A mask, its wrap modes, and the texture coordinates of a triangle's corners.
 pub type Masked<'m> = (&'m Mask, [Wrap; 2], [[f32; 2]; 3]);
 
-/// Strictly inside, or on an edge that is a top or a left one.
+/// Whether `sample` is strictly inside the triangle, or on a top or left edge.
 pub fn inside(mut corners: [(i64, i64); 3], sample: (i64, i64)) -> bool {
     let side = |a: (i64, i64), b: (i64, i64), p: (i64, i64)| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
     let area = side(corners[0], corners[1], corners[2]);
@@ -28,7 +28,8 @@ pub fn inside(mut corners: [(i64, i64); 3], sample: (i64, i64)) -> bool {
         })
 }
 
-/// The texel under a pixel, by the `f32` planes over the screen that the library documents.
+/// Whether the texel under a pixel is opaque, from the `f32` screen-space planes that the library
+/// documents.
 pub fn alpha_covers(
     (width, height, covers): &Mask,
     wrap: [Wrap; 2],
@@ -50,14 +51,14 @@ pub fn alpha_covers(
     };
     let w_here = 1.0 / plane(w.map(|w| 1.0 / w));
     let texel = |axis: usize, size: usize| {
-        assert_eq!(wrap[axis], Wrap::Repeat, "the other modes are tested beside the rasteriser");
+        assert_eq!(wrap[axis], Wrap::Repeat, "the other modes are tested next to the rasteriser");
         let coordinate = plane([0, 1, 2].map(|i| f64::from(uv[i][axis]) / w[i])) * w_here;
         (coordinate * size as f32).floor().rem_euclid(size as f32) as usize
     };
     covers[texel(1, *height) * width + texel(0, *width)]
 }
 
-/// What of a material's texture covers.
+/// The mask of a material's texture; `None` without a texture.
 pub fn mask(plant: &Plant, material: &Material) -> Option<Mask> {
     let image = image::load_from_memory(&plant.textures[material.texture? as usize].bytes).unwrap().into_rgba8();
     let covers =

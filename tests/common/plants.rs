@@ -1,4 +1,4 @@
-//! Small plants of every kind of leaf, from a seed.
+//! Small plants with every kind of leaf, generated from a seed.
 
 use foliage_lod::{
     Plant,
@@ -20,7 +20,7 @@ impl Random {
         z ^ z >> 31
     }
 
-    /// 0 to 1.
+    /// A number from 0 up to but not including 1.
     pub fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1 << 24) as f32
     }
@@ -29,7 +29,7 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// A point of the unit ball.
+    /// A point in the unit ball.
     pub fn in_ball(&mut self) -> Vec3 {
         loop {
             let p = Vec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0));
@@ -62,7 +62,7 @@ pub fn bare(name: &str) -> Plant {
     }
 }
 
-/// Adds a flat card: base edge at `base`, `along` to the tip, `across` sideways; pivot in the middle of the base edge.
+/// Adds a flat card: `base` is the middle of its base edge, `along` its length, `across` its width.
 pub fn push_card(plant: &mut Plant, base: Vec3, along: Vec3, across: Vec3, pivot: Vec3) {
     let (vertices, indices) = card(base, along, across);
     plant.push_leaf(&vertices, &indices, pivot.to_array(), 0);
@@ -80,7 +80,8 @@ fn card_axes(random: &mut Random, size: f32) -> (Vec3, Vec3) {
     (along, across)
 }
 
-/// Cards in a ball of radius 1 whose surface a ball of `count` leaves covers about `layers` times.
+/// Randomly oriented cards in a ball of radius 1. Their projections cover the ball's silhouette
+/// about `layers` times.
 pub fn quads(count: usize, layers: f32, seed: u64) -> Plant {
     let mut random = Random(seed);
     let mut plant = bare("quads");
@@ -93,7 +94,7 @@ pub fn quads(count: usize, layers: f32, seed: u64) -> Plant {
     plant
 }
 
-/// Fronds of four triangles bent along their length.
+/// Fronds of four triangles, bent along their length.
 pub fn bent(count: usize, seed: u64) -> Plant {
     let mut random = Random(seed);
     let mut plant = bare("bent");
@@ -113,7 +114,7 @@ pub fn bent(count: usize, seed: u64) -> Plant {
     plant
 }
 
-/// Two cards crossed at right angles, one leaf; the pivot is the common centre.
+/// Leaves of two cards crossed at right angles; the pivot is their common centre.
 pub fn crossed(count: usize, seed: u64) -> Plant {
     let mut random = Random(seed);
     let mut plant = bare("crossed");
@@ -131,7 +132,7 @@ pub fn crossed(count: usize, seed: u64) -> Plant {
     plant
 }
 
-/// Every second leaf lies exactly on the one before, reversed.
+/// Every second leaf coincides with the one before, with reversed winding.
 pub fn twins(count: usize, seed: u64) -> Plant {
     let mut random = Random(seed);
     let mut plant = bare("twins");
@@ -147,7 +148,7 @@ pub fn twins(count: usize, seed: u64) -> Plant {
     plant
 }
 
-/// Cards about a trunk and a slab of wood that hide part of them.
+/// Cards around a trunk and a slab of wood, which hide part of them.
 pub fn with_wood(count: usize, seed: u64) -> Plant {
     let mut plant = quads(count, 3.0, seed);
     plant.name = "wood".into();
@@ -170,7 +171,7 @@ pub fn with_wood(count: usize, seed: u64) -> Plant {
     plant
 }
 
-/// Cards with holes: a texture of 8 x 8 texels whose alpha is a ring.
+/// Cards with holes: their texture has 8 x 8 texels with an opaque ring.
 pub fn masked(count: usize, seed: u64) -> Plant {
     let mut plant = quads(count, 3.0, seed);
     plant.name = "masked".into();
@@ -185,7 +186,7 @@ pub fn masked(count: usize, seed: u64) -> Plant {
     plant
 }
 
-/// Six cards that close a box.
+/// A closed box of six cards.
 pub fn closed_box(min: Vec3, max: Vec3) -> Plant {
     let mut plant = bare("box");
     plant.materials[0].double_sided = true;

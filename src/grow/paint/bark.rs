@@ -1,14 +1,14 @@
-//! Bark that repeats without a seam, from value noise on a wrapped lattice.
+//! Seamlessly tiling bark, from value noise on a periodic lattice.
 
 use super::{mixed, shaded, smooth, unit_color};
 use crate::grow::species::{BarkPattern, BarkStyle};
 use crate::random::Random;
 
-/// Texels on a side.
+/// Side length in texels.
 pub(super) const SIDE: u32 = 256;
-/// Dark level marks (lenticels) on papery bark.
+/// Number of lenticels (dark horizontal marks) on papery bark.
 const LENTICELS: u32 = 90;
-/// Dark branch scars on papery bark.
+/// Number of dark branch scars on papery bark.
 const SCARS: u32 = 2;
 
 /// RGB bytes, rows from the top.
@@ -25,7 +25,7 @@ pub(super) fn paint(style: &BarkStyle, seed: u64) -> Vec<u8> {
     (0..SIDE * SIDE).map(texel).flat_map(|(x, y)| color(x, y).map(byte)).collect()
 }
 
-/// 0 in a furrow, 1 on a ridge: upright furrows that part and meet.
+/// Upright furrows that part and meet: 0 in a furrow, 1 on a ridge.
 fn furrowed(x: f32, y: f32, seed: u64) -> f32 {
     let bend = 0.05 * (noise(x, y, [4, 5], seed ^ 1) - 0.5);
     let ridge = (noise(x + bend, y, [18, 3], seed) - 0.5).abs() * 2.0;
@@ -35,7 +35,7 @@ fn furrowed(x: f32, y: f32, seed: u64) -> f32 {
     smooth(0.0, 0.5, ridge) * (0.55 + 0.45 * smooth(0.0, 0.35, crack)) * (0.55 + 0.25 * grain + 0.2 * tone)
 }
 
-/// Narrow flat ridges, broken across into scales.
+/// Narrow flat ridges, broken crosswise into scales: 0 in a furrow, 1 on a ridge.
 fn scaly(x: f32, y: f32, seed: u64) -> f32 {
     let bend = 0.05 * (noise(x, y, [5, 6], seed ^ 1) - 0.5);
     let ridge = (noise(x + bend, y, [16, 5], seed) - 0.5).abs() * 2.0;
@@ -45,12 +45,12 @@ fn scaly(x: f32, y: f32, seed: u64) -> f32 {
     smooth(0.0, 0.35, ridge) * (0.65 + 0.35 * smooth(0.0, 0.3, across)) * (0.5 + 0.25 * grain + 0.25 * tone)
 }
 
-/// A mark: middle, half width, half height.
+/// A mark: x and y of its middle, half width, half height.
 type Mark = [f32; 4];
 
 /// The dark marks of papery bark.
 struct Marks {
-    /// Short level lines.
+    /// Short horizontal lines.
     lenticels: Vec<Mark>,
     /// Triangles below branches.
     scars: Vec<Mark>,
@@ -68,7 +68,7 @@ impl Marks {
         Self { lenticels, scars }
     }
 
-    /// How dark the marks make the place, 0 to 1.
+    /// Darkness of the marks at a point, 0 to 1.
     fn darkness(&self, x: f32, y: f32) -> f32 {
         let lenticel = |mark: &Mark| {
             let [across, along] = from_middle(x, y, mark);
@@ -90,13 +90,14 @@ fn papery(x: f32, y: f32, seed: u64, marks: &Marks, light: [f32; 3], dark: [f32;
     mixed(shaded(light, tone), dark, 0.85 * marks.darkness(x, y))
 }
 
-/// Distance from a mark's middle across and down, in its half sizes; marks reach over the texture's edge.
+/// Offset from the middle of a mark across and down, in units of its half sizes; wraps around the
+/// edges of the texture.
 fn from_middle(x: f32, y: f32, &[mark_x, mark_y, half_width, half_height]: &Mark) -> [f32; 2] {
     let wrapped = |distance: f32| distance - distance.round();
     [wrapped(x - mark_x) / half_width, wrapped(y - mark_y) / half_height]
 }
 
-/// Value noise from 0 to 1 with `cells` lattice cells per repeat, smooth between them.
+/// Value noise from 0 to 1 with `cells` lattice cells per repeat, interpolated smoothly.
 fn noise(x: f32, y: f32, cells: [u32; 2], seed: u64) -> f32 {
     let (across, up) = (x.rem_euclid(1.0) * cells[0] as f32, y.rem_euclid(1.0) * cells[1] as f32);
     let (column, row) = (across as u32, up as u32);

@@ -1,25 +1,26 @@
 //! Outlines and veins of single leaves.
 //!
-//! A leaf's coordinates: x across, y along, foot of the blade at (0, 0), tip at (0, 1).
+//! In leaf coordinates, x is across and y along the leaf; the foot of the blade is at (0, 0) and
+//! the tip at (0, 1).
 
 use super::{mixed, shaded, smooth};
 use crate::grow::frame::sin_cos;
 use glam::Vec2;
 use std::f32::consts::TAU;
 
-/// Lobes on each side of an oak leaf.
+/// Number of lobes on each side of an oak leaf.
 const OAK_LOBES: f32 = 4.0;
-/// Teeth on each side of a birch leaf.
+/// Number of teeth on each side of a birch leaf.
 const BIRCH_TEETH: f32 = 11.0;
-/// Side veins on each side of a birch leaf.
+/// Number of veins on each side of a birch leaf.
 const BIRCH_VEINS: f32 = 7.0;
-/// Side veins on each side of a pecan leaflet.
+/// Number of veins on each side of a pecan leaflet.
 const PECAN_VEINS: f32 = 12.0;
-/// How much lighter veins are than the blade.
+/// Brightness of veins relative to the blade.
 const VEIN_LIGHT: f32 = 1.32;
 
-/// Colour of an oak leaf (Quercus robur: broadest above the middle, four to five round lobes a side) at `p`, `None`
-/// outside of it.
+/// Colour of an oak leaf at `p`, `None` outside it (Quercus robur: broadest above the middle, four
+/// to five rounded lobes on each side).
 pub(super) fn oak(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
     let across = p.x.abs();
     if !(0.0..1.0).contains(&p.y) || across > 0.4 {
@@ -38,7 +39,8 @@ pub(super) fn oak(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
     Some(finished(color, vein, p.x, across / half_width))
 }
 
-/// Colour of a pecan leaflet (lance-shaped, finely toothed, drawn out to its tip) at `p`.
+/// Colour of a pecan leaflet at `p`, `None` outside it (lance-shaped, finely toothed, with a long
+/// tip).
 pub(super) fn pecan(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
     let (across, y) = (p.x.abs(), p.y);
     if !(0.0..1.0).contains(&y) || across > 0.2 {
@@ -53,7 +55,8 @@ pub(super) fn pecan(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
     Some(finished(color, vein, p.x, across / outline.max(1e-3)))
 }
 
-/// Colour of a gray birch leaf (triangular, nearly flat foot with round corners, long point, double teeth) at `p`.
+/// Colour of a gray birch leaf at `p`, `None` outside it (triangular, with a nearly flat foot with
+/// round corners, a long point and double teeth).
 pub(super) fn birch(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
     let across = p.x.abs();
     if !(0.0..1.0).contains(&p.y) || across > 0.46 {
@@ -72,18 +75,18 @@ pub(super) fn birch(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
     Some(finished(color, vein, p.x, across / outline.max(1e-3)))
 }
 
-/// 1 on the midrib or a side vein, 0 between.
+/// 1 on the midrib, up to 0.7 on a side vein, 0 between.
 fn vein(across: f32, midrib: f32, side_vein: f32) -> f32 {
     (1.0 - smooth(0.5 * midrib, midrib.max(1e-4), across)).max(0.7 * side_vein)
 }
 
-/// 1 where `phase` is a whole number, falling off over `width`.
+/// 1 where `phase` is an integer, falling to 0 over `width`.
 fn wave_vein(phase: f32, width: f32) -> f32 {
     let distance = (phase - phase.round()).abs();
     1.0 - smooth(0.3 * width, width.max(1e-3), distance)
 }
 
-/// Blade and veins, one half lit, the rim a little darker.
+/// Combines blade and veins; one half is brighter, and the rim is slightly darker.
 fn finished(color: [f32; 3], vein: f32, x: f32, rim: f32) -> [f32; 3] {
     let half = if x < 0.0 { 0.92 } else { 1.05 };
     let blade = shaded(color, half * (1.04 - 0.14 * rim * rim));

@@ -1,12 +1,12 @@
-//! A canvas for leaf cards: painted at several samples a texel, then averaged into colour and coverage.
+//! A canvas for leaf cards: several samples per texel are averaged into colour and coverage.
 
 use glam::Vec2;
 
-/// Samples along each side of a texel.
+/// Number of samples along each side of a texel.
 const SAMPLES: u32 = 3;
 
-/// Colour samples of a card. Its coordinates: y from 0 at the lower edge to 1 at the upper, x to the right from the
-/// middle, in the same unit.
+/// Colour samples of a card. In canvas coordinates, y runs from 0 at the lower edge to 1 at the
+/// upper edge, and x to the right from the middle, in the same unit.
 pub(super) struct Canvas {
     width: u32,
     height: u32,
@@ -14,22 +14,23 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// An empty canvas of so many texels.
+    /// An empty canvas of `width` by `height` texels.
     pub fn new(width: u32, height: u32) -> Self {
         Self { width, height, samples: vec![None; (width * height * SAMPLES * SAMPLES) as usize] }
     }
 
-    /// Texels in a row, and rows.
+    /// Width and height in texels.
     pub fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
-    /// Half the width in the canvas's coordinates.
+    /// Half the width in canvas coordinates.
     pub fn half_width(&self) -> f32 {
         0.5 * self.width as f32 / self.height as f32
     }
 
-    /// Paints every sample within `reach` of `middle` for which `color` gives one.
+    /// Paints every sample within `reach` of `middle`, along each axis, for which `color` returns a
+    /// colour.
     pub fn stamp(&mut self, middle: Vec2, reach: f32, color: impl Fn(Vec2) -> Option<[f32; 3]>) {
         let (columns, rows) = (self.width * SAMPLES, self.height * SAMPLES);
         let per_unit = rows as f32;
@@ -49,7 +50,7 @@ impl Canvas {
         }
     }
 
-    /// RGBA bytes, rows from the top: coverage in alpha, colour spread into what is transparent.
+    /// RGBA bytes, rows from the top: coverage in alpha, colour extended into transparent texels.
     pub fn finish(self) -> Vec<u8> {
         let texels: Vec<[f32; 4]> = (0..self.height)
             .flat_map(|y| (0..self.width).map(move |x| (x, y)))
@@ -61,7 +62,7 @@ impl Canvas {
         colors.iter().zip(alphas).flat_map(|(c, alpha)| [byte(c[0]), byte(c[1]), byte(c[2]), alpha]).collect()
     }
 
-    /// Sum of the painted samples' colours over all samples, and their share.
+    /// Colour, premultiplied by coverage, and coverage of a texel: averages over all its samples.
     fn texel(&self, x: u32, y: u32) -> [f32; 4] {
         let mut sum = [0.0; 4];
         for sample in 0..SAMPLES * SAMPLES {
@@ -76,8 +77,8 @@ impl Canvas {
     }
 }
 
-/// Colour of every texel: its own where anything covers it, else that of the finest half-sized picture that has one
-/// ("pull-push").
+/// Colour of every texel: its own if it is partly covered, otherwise that of the finest downsampled
+/// level where the texel is covered ("pull-push").
 fn spread(texels: &[[f32; 4]], width: usize, height: usize) -> Vec<[f32; 3]> {
     let own = |texel: &[f32; 4]| [texel[0] / texel[3], texel[1] / texel[3], texel[2] / texel[3]];
     if (width, height) == (1, 1) || texels.iter().all(|texel| texel[3] > 0.0) {

@@ -1,4 +1,4 @@
-//! What is painted on one leaf card: a spray of leaves on its shoot, or compound leaves on their stalks.
+//! Paints a leaf card: a spray of leaves on its shoot, or compound leaves on their stalks.
 
 use super::{blade, canvas::Canvas, mixed, shaded, unit_color};
 use crate::grow::{
@@ -8,30 +8,31 @@ use crate::grow::{
 use crate::random::Random;
 use glam::Vec2;
 
-/// Leaves of each shoot of an oak spray; English oak crowds them at the shoot's end.
+/// Number of leaves on each shoot of an oak spray; English oak crowds them at the end of the shoot.
 const OAK_LEAVES: u32 = 7;
-/// Leaves of a birch spray.
+/// Number of leaves along the shoot of a birch spray, besides the one at its end.
 const BIRCH_LEAVES: u32 = 11;
-/// Compound leaves of a pecan spray: lean in radians, length and light.
+/// Compound leaves of a pecan spray: lean in radians, length, and brightness.
 const PECAN_LEAVES: [(f32, f32, f32); 3] = [(-0.50, 0.70, 0.86), (0.46, 0.72, 0.93), (-0.02, 0.80, 1.03)];
-/// Pairs of leaflets of a pecan leaf, besides the one at its end (nine to seventeen leaflets in nature).
+/// Number of leaflet pairs of a pecan leaf, besides the leaflet at its end (nine to seventeen
+/// leaflets in nature).
 const PECAN_PAIRS: u32 = 6;
-/// Straight pieces of a compound leaf's bowed stalk.
+/// Number of straight segments of the bowed stalk of a compound leaf.
 const STALK_PIECES: u32 = 6;
-/// Young shoots and stalks, sRGB.
+/// sRGB colour of young shoots and stalks.
 const STALK: [f32; 3] = [0.40, 0.38, 0.20];
-/// Stalks of the gray birch's drooping twigs, sRGB.
+/// sRGB colour of the drooping twigs of the gray birch.
 const BIRCH_TWIG: [f32; 3] = [0.36, 0.25, 0.16];
 
 /// One leaf of a spray.
 struct Placed {
     foot: Vec2,
-    /// Radians from straight up, to the right.
+    /// Angle in radians from straight up, clockwise.
     angle: f32,
     length: f32,
-    /// Sideways bend of the tip over the length.
+    /// Sideways bend of the tip, as a fraction of the length.
     bend: f32,
-    /// Factor on the colour.
+    /// Brightness factor applied to the colour.
     shade: f32,
 }
 
@@ -46,7 +47,7 @@ pub(super) fn paint(canvas: &mut Canvas, style: &LeafStyle, seed: u64) {
     }
 }
 
-/// Three shoots, each with its leaves crowded about its end.
+/// Paints three shoots, each with its leaves crowded around its end.
 fn paint_oak(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
     let shoots = [
         (Vec2::new(0.0, 0.10), Vec2::new(-0.18, 0.38), -0.80),
@@ -57,7 +58,7 @@ fn paint_oak(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
         stroke(canvas, foot, end, [0.016, 0.009], STALK);
         let light = 0.84 + 0.08 * number as f32;
         for i in 0..OAK_LEAVES {
-            // From the sides inwards: the middle leaf lies on top.
+            // From the sides inwards, so the middle leaf is on top.
             let side = if i % 2 == 0 { 1.0 } else { -1.0 };
             let share = 1.0 - i as f32 / (OAK_LEAVES - 1) as f32;
             let turn = angle + side * 1.75 * share + 0.14 * random.signed();
@@ -69,7 +70,7 @@ fn paint_oak(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
     }
 }
 
-/// Leaves by turns along the drooping shoot, each on its stalk.
+/// Paints leaves alternating along the drooping shoot, each on its stalk.
 fn paint_birch(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
     let end = Vec2::new(-0.02, 0.72);
     stroke(canvas, Vec2::ZERO, end, [0.012, 0.006], BIRCH_TWIG);
@@ -88,14 +89,14 @@ fn paint_birch(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
     last.paint(canvas, color, blade::birch);
 }
 
-/// Compound leaves fanned out, the middle one on top.
+/// Paints compound leaves in a fan, the middle one on top.
 fn paint_pecan(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
     for (lean, length, light) in PECAN_LEAVES {
         paint_compound_leaf(canvas, shaded(color, light), lean, length, random);
     }
 }
 
-/// Leaflets in pairs along a stalk that bows outwards.
+/// Paints leaflets in pairs along a stalk that bows outwards.
 fn paint_compound_leaf(canvas: &mut Canvas, color: [f32; 3], lean: f32, length: f32, random: &mut Random) {
     let at = |share: f32| direction(lean * (0.6 + 0.4 * share)) * length * share;
     for piece in 0..STALK_PIECES {
@@ -106,7 +107,7 @@ fn paint_compound_leaf(canvas: &mut Canvas, color: [f32; 3], lean: f32, length: 
         let share = 0.24 + 0.74 * pair as f32 / PECAN_PAIRS as f32;
         for side in [-1.0, 1.0] {
             let angle = lean + side * random.vary(1.12 - 0.45 * share, 0.07);
-            // Leaflets grow towards the end of the leaf.
+            // Leaflets are larger towards the end of the leaf.
             let leaflet = length * (0.25 + 0.13 * share) * random.vary(1.0, 0.06);
             let shade = shade(share, random);
             let placed = Placed { foot: at(share), angle, length: leaflet, bend: -0.20 * side, shade };
@@ -117,12 +118,12 @@ fn paint_compound_leaf(canvas: &mut Canvas, color: [f32; 3], lean: f32, length: 
     last.paint(canvas, color, blade::pecan);
 }
 
-/// Leaves lower on the shoot are darker, no two alike.
+/// Random brightness, darker for leaves lower on the shoot.
 fn shade(share: f32, random: &mut Random) -> f32 {
     random.vary(0.84 + 0.16 * share, 0.07)
 }
 
-/// Unit vector at `angle` radians from straight up, to the right.
+/// Unit vector at `angle` radians clockwise from straight up.
 fn direction(angle: f32) -> Vec2 {
     let (sin, cos) = sin_cos(angle);
     Vec2::new(sin, cos)
@@ -141,7 +142,7 @@ impl Placed {
     }
 }
 
-/// A straight stalk from `a` to `b`, of half the widths given.
+/// Paints a straight stalk from `a` to `b`; `widths` are its widths at the two ends.
 fn stroke(canvas: &mut Canvas, a: Vec2, b: Vec2, widths: [f32; 2], color: [f32; 3]) {
     let span = b - a;
     let length_squared = span.length_squared().max(1e-9);

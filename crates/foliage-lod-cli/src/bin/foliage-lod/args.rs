@@ -1,0 +1,345 @@
+//! The command line.
+
+use crate::failure::Failure;
+use clap::{Parser, Subcommand};
+use foliage_lod::{
+    effects::FadeBy,
+    import::{Group, ImportOptions},
+    simplify::{Compensate, Criterion, SimplifyOptions},
+    software::MAX_IMAGE_SIDE,
+    stochastic::AreaRule,
+};
+use std::path::PathBuf;
+
+pub use crate::names::*;
+
+/// Continuous level of detail for trees, leaf by leaf.
+///
+/// Without a command: grows an English oak, simplifies it, and writes the model and pictures into
+/// ./foliage-lod-out.
+#[derive(Parser)]
+#[command(name = "foliage-lod", version)]
+pub struct Args {
+    /// Subcommand; without one, the quick start runs.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// Subcommands, each in a file of its own.
+#[derive(Subcommand)]
+pub enum Command {
+    /// Simplify a tree file into a model with continuous level of detail.
+    Simplify(Simplify),
+    /// Show the contents of a model or scene, or which parts of a tree file would become leaves and
+    /// why.
+    Inspect(Inspect),
+    /// Grow a tree and write it as GLB.
+    Grow(Grow),
+    /// Render a model or a scene to a PNG file.
+    Render(Render),
+    /// Measure quality, frame time and extraction time, and write tables, plots and pictures.
+    Report(Report),
+    /// Show a model or a scene in a window.
+    #[cfg(feature = "viewer")]
+    View(View),
+}
+
+/// `foliage-lod view`.
+#[cfg(feature = "viewer")]
+#[derive(Parser)]
+pub struct View {
+    /// A model (.vds) or a scene (.toml).
+    pub model: PathBuf,
+}
+
+/// `foliage-lod report`.
+#[derive(Parser)]
+pub struct Report {
+    /// Plants to compare methods on: tree files or names of embedded species. Also scenes (.toml),
+    /// to measure the savings from level of detail and the cost of each effect.
+    #[arg(value_name = "PLANT", required_unless_present = "paper", conflicts_with = "paper")]
+    pub plants: Vec<String>,
+    /// Repeat the published experiments instead: three species at increasing distances, forests of
+    /// increasing size, and pictures.
+    #[arg(long)]
+    pub paper: bool,
+    /// Levels of detail made by another tool, as tree files from fine to coarse, to compare with.
+    #[arg(long, value_name = "LOD", num_args = 1.., conflicts_with = "paper")]
+    pub against: Vec<PathBuf>,
+    /// Fractions of the leaves to measure at.
+    #[arg(long, value_delimiter = ',', value_parser = share, default_value = "0.8,0.5,0.3,0.15,0.05,0.01")]
+    pub levels: Vec<f64>,
+    /// Side lengths of the measured pictures, in pixels; the full plant fills each. Frames are
+    /// timed at the first.
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(8..=2048), default_value = "256,64")]
+    pub pixels: Vec<u32>,
+    /// Measure only the four presets, without variants of their options.
+    #[arg(long)]
+    pub brief: bool,
+    /// Folder to write into; created if it does not exist.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Frame width and height in pixels, with --paper.
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "640x360")]
+    pub size: [u32; 2],
+    /// Number of leaves of each grown tree, for a quicker run; by default the species' own number.
+    #[arg(long)]
+    pub leaves: Option<u32>,
+    /// Print one JSON object instead of a line per step.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `foliage-lod simplify`.
+#[derive(Parser)]
+pub struct Simplify {
+    /// The tree: .glb, .gltf or .obj.
+    pub input: PathBuf,
+    /// Model file to write.
+    #[arg(short, long, value_name = "OUT.vds")]
+    pub output: PathBuf,
+    /// Preset that the options below override.
+    #[arg(long, value_enum, default_value_t = Preset::Balanced)]
+    pub preset: Preset,
+    /// Criterion that selects the next leaf to prune.
+    #[arg(long, value_parser = variant::<Criterion>())]
+    pub criterion: Option<Criterion>,
+    /// Rule that compensates for the area of a pruned leaf.
+    #[arg(long, value_parser = variant::<Compensate>())]
+    pub compensate: Option<Compensate>,
+    /// Side of each view in pixels.
+    #[arg(long)]
+    pub resolution: Option<u32>,
+    /// Number of views: 4, 6, 8, 12 or 20.
+    #[arg(long)]
+    pub views: Option<u32>,
+    /// Do not count the background as a polygon (vmi only), so that holes against the sky matter
+    /// less. Slow for large plants.
+    #[arg(long)]
+    pub no_background: bool,
+    /// Largest linear scale that a leaf may reach.
+    #[arg(long)]
+    pub max_scale: Option<f32>,
+    /// Halve the resolution when 15 % of the leaves remain, and again at 4 %: faster, slightly
+    /// lower quality.
+    #[arg(long, num_args = 0..=1, default_missing_value = "true", value_name = "true|false")]
+    pub cascade: Option<bool>,
+    /// Find the fewest leaves that meet a quality bound: ssim=0.9@200 is a structural similarity of
+    /// at least 0.9 at 200 pixels; rmse and xor are upper bounds. Repeatable; the results can be
+    /// used in a scene's LOD policy `sizes`.
+    #[arg(long, value_name = "MEASURE=BOUND@PIXELS")]
+    pub target: Vec<String>,
+    #[command(flatten)]
+    pub import: Import,
+    /// Processor that captures the fragments; auto uses a hardware GPU if there is one.
+    #[arg(long, value_enum, default_value_t = Raster::Auto)]
+    pub raster: Raster,
+    /// Number of threads; 0 uses one per core. The model does not depend on it.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// Refuse to start if the estimated memory exceeds this many megabytes; by default, the
+    /// available memory is the limit.
+    #[arg(long, value_name = "MB")]
+    pub max_memory: Option<u64>,
+    /// Also render the model with 100, 50 and 15 % of its leaves into this folder.
+    #[arg(long, value_name = "FOLDER")]
+    pub pictures: Option<PathBuf>,
+    /// Print one JSON object instead of a line per step.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `foliage-lod inspect`.
+#[derive(Parser)]
+pub struct Inspect {
+    /// A model (.vds), a tree (.glb, .gltf, .obj) or a scene (.toml).
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub import: Import,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How a tree file is split into leaves.
+#[derive(Parser)]
+pub struct Import {
+    /// Name of the foliage material, node or mesh; by default it is guessed.
+    #[arg(long, value_name = "NAME")]
+    pub leaves: Option<String>,
+    /// How connected pieces are grouped into leaves.
+    #[arg(long, value_parser = variant::<Group>(), default_value_t)]
+    pub group: Group,
+}
+
+/// `foliage-lod grow`.
+#[derive(Parser)]
+pub struct Grow {
+    /// english-oak, carya-illinoinensis, betula-populifolia, or a species .toml file.
+    pub species: String,
+    /// File to write.
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub output: PathBuf,
+    /// Exact number of leaves; by default the species' own number.
+    #[arg(long)]
+    pub leaves: Option<u32>,
+    /// Random seed; a different seed grows a different tree of the same species.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Print one JSON object instead of a line per step.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `foliage-lod render`.
+#[derive(Parser)]
+pub struct Render {
+    /// A model (.vds) or a scene (.toml).
+    pub model: PathBuf,
+    /// Picture to write.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// Distance of the camera from the plant's centre, in radii of its bounding sphere; by default
+    /// the plant fills the picture.
+    #[arg(long)]
+    pub distance: Option<f32>,
+    /// Render the tree at each of these distances, in radii, side by side.
+    #[arg(long, value_name = "D1,D2,...", value_delimiter = ',', conflicts_with_all = ["distance", "ring", "grid"])]
+    pub row: Option<Vec<f32>>,
+    /// Render N trees in a circle.
+    #[arg(long, value_name = "N", conflicts_with_all = ["distance", "grid"])]
+    pub ring: Option<u32>,
+    /// Render a forest of N x N trees.
+    #[arg(long, value_name = "N", conflicts_with = "distance")]
+    pub grid: Option<u32>,
+    /// Level of detail from 0 to 1; by default it depends on the distance.
+    #[arg(long, conflicts_with = "leaves_count")]
+    pub lod: Option<f32>,
+    /// Number of leaves to draw; by default it depends on the distance.
+    #[arg(long, value_name = "N")]
+    pub leaves_count: Option<u32>,
+    /// Width and height in pixels.
+    #[arg(long, value_name = "WxH", default_value = "768x768", value_parser = size)]
+    pub size: [u32; 2],
+    /// How the leaves to draw are chosen.
+    #[arg(long, value_enum, default_value_t = Method::Vds)]
+    pub method: Method,
+    /// Random seed that selects the leaves kept in a stochastic picture.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Rule for enlarging the leaves of a stochastic picture.
+    #[arg(long, value_parser = variant::<AreaRule>(), default_value_t)]
+    pub area: AreaRule,
+    /// Fade the last leaves in and out by this rule.
+    #[arg(long, value_enum)]
+    pub fade: Option<FadeRule>,
+    /// Property of a leaf that changes as it fades.
+    #[arg(long, value_parser = variant::<FadeBy>(), default_value_t, requires = "fade")]
+    pub fade_by: FadeBy,
+    /// Keep the contrast of the full plant as leaves become fewer and larger.
+    #[arg(long)]
+    pub contrast: bool,
+    /// Light the leaves as parts of a round crown.
+    #[arg(long)]
+    pub crown_normals: bool,
+    /// Let light shine through the leaves.
+    #[arg(long)]
+    pub translucency: bool,
+    /// Move the trunk, branches and leaves in a breeze.
+    #[arg(long)]
+    pub wind: bool,
+    /// Time of the animation in seconds.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub seconds: f64,
+    /// Processor that renders the picture.
+    #[arg(long, value_enum, default_value_t = Raster::Auto)]
+    pub raster: Raster,
+    /// Print one JSON object instead of a line per step.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Render {
+    /// Options that a scene file replaces, and whether each one is set.
+    pub fn not_for_scenes(&self) -> [(&'static str, bool); 12] {
+        [
+            ("--distance", self.distance.is_some()),
+            ("--row", self.row.is_some()),
+            ("--ring", self.ring.is_some()),
+            ("--grid", self.grid.is_some()),
+            ("--lod", self.lod.is_some()),
+            ("--leaves-count", self.leaves_count.is_some()),
+            ("--method stochastic", self.method == Method::Stochastic),
+            ("--fade", self.fade.is_some()),
+            ("--contrast", self.contrast),
+            ("--crown-normals", self.crown_normals),
+            ("--translucency", self.translucency),
+            ("--wind", self.wind),
+        ]
+    }
+}
+
+/// Parses the command line.
+///
+/// # Errors
+/// [`Failure::Usage`], also for help and version.
+pub fn parse() -> Result<Args, Failure> {
+    Args::try_parse().map_err(Failure::Usage)
+}
+
+impl Simplify {
+    /// The preset with the command line's overrides.
+    pub fn options(&self) -> SimplifyOptions {
+        let mut options = match self.preset {
+            Preset::Paper => SimplifyOptions::paper(),
+            Preset::Fast => SimplifyOptions::fast(),
+            Preset::Balanced => SimplifyOptions::balanced(),
+            Preset::Best => SimplifyOptions::best(),
+        };
+        options.criterion = self.criterion.unwrap_or(options.criterion);
+        options.compensate = self.compensate.unwrap_or(options.compensate);
+        options.resolution = self.resolution.unwrap_or(options.resolution);
+        options.views = self.views.unwrap_or(options.views);
+        options.background &= !self.no_background;
+        options.max_scale = self.max_scale.unwrap_or(options.max_scale);
+        options.cascade = self.cascade.unwrap_or(options.cascade);
+        options.threads = self.threads;
+        options.max_memory_mb = self.max_memory;
+        options
+    }
+}
+
+impl Import {
+    /// The library's options.
+    pub fn options(&self) -> ImportOptions {
+        ImportOptions { leaves: self.leaves.clone(), group: self.group, max_memory_mb: None }
+    }
+}
+
+impl Report {
+    /// Number of methods that `--against` adds.
+    pub fn against_methods(&self) -> usize {
+        usize::from(!self.against.is_empty())
+    }
+}
+
+/// Parses a fraction above 0 and at most 1.
+fn share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|_| "write numbers such as 0.5,0.15")?;
+    if share > 0.0 && share <= 1.0 {
+        Ok(share)
+    } else {
+        Err("a fraction of the leaves must be above 0 and at most 1".into())
+    }
+}
+
+/// Parses `WxH`.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    let sides: [u32; 2] = sides.ok_or("write the width and height in pixels as WxH, such as 768x768")?;
+    if sides.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side)) {
+        Ok(sides)
+    } else {
+        Err(format!("each side must be 1 to {MAX_IMAGE_SIDE} pixels long"))
+    }
+}

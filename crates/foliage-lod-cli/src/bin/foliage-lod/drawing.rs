@@ -1,0 +1,88 @@
+//! Renders a picture on the GPU, or on the CPU if there is none.
+
+use crate::{
+    args::Raster,
+    failure::complain,
+    raster::{open, tell_fallback},
+    staging::{Shown, Staging},
+};
+use foliage_lod::{
+    FoliageRenderer, Frame, Instance, Result,
+    draw::{ModelId, Prepared},
+    gpu::{GpuDevice, Offscreen, TARGET, guarded},
+    software::{Drawing as Software, Image, SoftwareRenderer},
+};
+
+/// A picture with its statistics.
+pub struct Drawing {
+    /// The picture.
+    pub image: Image,
+    /// Draw statistics.
+    pub prepared: Prepared,
+    /// Name of the GPU adapter; `None` on the CPU.
+    pub adapter: Option<String>,
+}
+
+impl Drawing {
+    /// Name of the processor, for step lines.
+    pub fn place(&self) -> &str {
+        self.adapter.as_deref().unwrap_or("the CPU")
+    }
+}
+
+/// Renders the picture.
+///
+/// # Errors
+/// GPU errors with [`Raster::Gpu`]; otherwise the errors of the software renderer.
+pub fn draw(raster: Raster, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
+    match raster {
+        Raster::Cpu => on_cpu(staging, size),
+        Raster::Gpu => on_gpu(open()?, staging, size),
+        Raster::Auto => match open() {
+            Err(_) => on_cpu(staging, size),
+            Ok(gpu) => on_gpu(gpu, staging, size).or_else(|error| {
+                tell_fallback(&error);
+                on_cpu(staging, size)
+            }),
+        },
+    }
+}
+
+fn on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
+    guarded(|| draw_on_gpu(gpu, staging, size))
+}
+
+fn draw_on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
+    let target = Offscreen::new(&gpu, size)?;
+    let (device, queue) = (gpu.device(), gpu.queue());
+    let mut foliage = FoliageRenderer::new(device, TARGET, staging.look)?;
+    let added = staging.models.iter().map(|model| foliage.add_model(device, queue, model));
+    let ids = added.collect::<Result<Vec<_>>>()?;
+    let [seen, casters] = [&staging.plants, &staging.casters].map(|plants| instances(&ids, plants));
+    let prepared = foliage.prepare_with_casters(device, queue, frame(staging), &seen, &casters)?;
+    let image = target.picture(&foliage)?;
+    Ok(Drawing { image, prepared, adapter: Some(gpu.adapter_name()) })
+}
+
+fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
+    let mut foliage = SoftwareRenderer::new(staging.look)?;
+    let added = staging.models.iter().map(|model| foliage.add_model(model));
+    let ids = added.collect::<Result<Vec<_>>>()?;
+    let Software { image, prepared } = foliage.draw(frame(staging), &instances(&ids, &staging.plants), size)?;
+    if staging.look.effects.shadow.is_some() {
+        complain("warning: the picture has no shadows: the CPU does not draw them; use --raster gpu");
+    }
+    Ok(Drawing { image, prepared, adapter: None })
+}
+
+fn frame(staging: &Staging<'_>) -> Frame {
+    Frame::new(&staging.camera).at(staging.seconds)
+}
+
+fn instances(ids: &[ModelId], plants: &[Shown]) -> Vec<Instance> {
+    let instance = |plant: &Shown| Instance {
+        leaf_scale: plant.leaf_scale,
+        ..Instance::new(ids[plant.model], plant.world_from_plant, plant.active)
+    };
+    plants.iter().map(instance).collect()
+}

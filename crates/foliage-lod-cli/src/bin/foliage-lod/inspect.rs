@@ -1,0 +1,218 @@
+//! `foliage-lod inspect`: shows the contents of a model or scene, or which parts of a tree file
+//! would become leaves and why.
+
+use crate::{
+    args,
+    failure::Failure,
+    output::{self, Steps, merged, recipe_json},
+    progress::spinning,
+    scene::{self, Opened},
+};
+use foliage_lod::{
+    FoliageModel,
+    bounds::{Aabb, Sphere},
+    effects::Counts,
+    file,
+    import::{self, Imported},
+    material::Material,
+    model::MAGIC,
+};
+use indicatif::HumanCount;
+use serde_json::{Value, json};
+use std::{io::Read, path::Path};
+
+/// Percentages of the leaves at which the error curve is printed.
+const CURVE_PERCENTS: [u32; 9] = [100, 90, 80, 70, 50, 30, 15, 5, 1];
+
+/// Runs the subcommand.
+pub fn run(args: &args::Inspect) -> Result<(), Failure> {
+    if scene::is_toml(&args.file) {
+        return inspect_scene(args);
+    }
+    if is_model(&args.file) {
+        let model = FoliageModel::read(&args.file)?;
+        return if args.json { output::line(model_json(&model)) } else { tell_model(&model) };
+    }
+    let imported = spinning("reading", || import::inspect(&args.file, &args.import.options()))?;
+    if args.json { output::line(plant_json(&imported)) } else { tell_plant(&imported) }
+}
+
+/// Shows the plants and effects of a scene.
+fn inspect_scene(args: &args::Inspect) -> Result<(), Failure> {
+    let opened = Opened::open(&args.file, None, &mut Steps::new(true))?;
+    let effects: Vec<&str> = Counts::of(&opened.file.effects).named().map(|(name, _)| name).collect();
+    let plants_of = |model: usize| opened.plants_of(model) as u64;
+    let models = || opened.file.models.iter().zip(&opened.models).enumerate();
+    let leaves: u64 = models().map(|(i, (_, model))| plants_of(i) * model.leaves.len() as u64).sum();
+    if args.json {
+        let models: Vec<Value> = models()
+            .map(|(i, (source, model))| {
+                let wood = model.wood.triangles();
+                json!({ "name": source.name, "plants": plants_of(i), "leaves": model.leaves.len(), "wood_triangles": wood })
+            })
+            .collect();
+        let plants = opened.plants();
+        return output::line(
+            json!({ "kind": "scene", "plants": plants, "leaves": leaves, "models": models, "effects": effects }),
+        );
+    }
+    let plants = HumanCount(opened.plants() as u64);
+    output::line(format_args!("scene: {plants} plants, {} leaves in total", HumanCount(leaves)))?;
+    for (i, (source, model)) in models() {
+        let [leaves, wood] = [model.leaves.len(), model.wood.triangles()].map(|count| HumanCount(count as u64));
+        let plants = HumanCount(plants_of(i));
+        output::line(format_args!("model {}: {plants} plants, {leaves} leaves, {wood} wood triangles", source.name))?;
+    }
+    let effects = if effects.is_empty() { "none".into() } else { effects.join(", ") };
+    output::line(format_args!("effects: {effects}"))
+}
+
+/// Whether the file starts with a model's magic bytes or has the extension `.vds`.
+fn is_model(path: &Path) -> bool {
+    let mut magic = [0; 8];
+    let has_magic = file::open(path).is_ok_and(|mut file| file.read_exact(&mut magic).is_ok()) && magic == MAGIC;
+    has_magic || path.extension().is_some_and(|extension| extension == "vds")
+}
+
+fn tell_plant(Imported { plant, findings, warnings, .. }: &Imported) -> Result<(), Failure> {
+    findings.iter().try_for_each(output::line)?;
+    warnings.iter().try_for_each(|warning| output::line(format_args!("warning: {warning}")))?;
+    let leaves = plant.leaves.len();
+    tell_counts("plant", &plant.name, leaves, plant.leaf_triangles(), plant.wood.triangles())?;
+    tell_materials(&plant.materials)?;
+    tell_bounds(plant.aabb(), plant.sphere())
+}
+
+fn tell_model(model: &FoliageModel) -> Result<(), Failure> {
+    let leaves = model.leaves.len();
+    tell_counts("model", &model.name, leaves, model.leaf_triangles(), model.wood.triangles())?;
+    let recipe = &model.recipe;
+    output::line(format_args!(
+        "made with: preset {}, criterion {}, compensate {}, {} views of {5} x {5} on {4}",
+        recipe.preset,
+        recipe.criterion,
+        recipe.compensate,
+        recipe.views,
+        recipe.adapter.as_deref().unwrap_or("the CPU"),
+        recipe.resolution
+    ))?;
+    output::line(format_args!("invariants: all hold; largest scale {}", model.max_scale))?;
+    tell_materials(&model.materials)?;
+    tell_bounds(model.aabb(), model.sphere())?;
+    output::line("leaves kept  error so far  largest scale")?;
+    for CurvePoint { percent, leaves, error, scale } in curve(model) {
+        output::line(format_args!("{leaves:>7} {percent:>3} %  {error:>12.6}  {scale:>13.3}"))?;
+    }
+    Ok(())
+}
+
+fn tell_counts(
+    kind: &str,
+    name: &str,
+    leaves: usize,
+    leaf_triangles: usize,
+    wood_triangles: usize,
+) -> Result<(), Failure> {
+    let [leaves, leaf_triangles, wood_triangles] =
+        [leaves, leaf_triangles, wood_triangles].map(|count| HumanCount(count as u64));
+    output::line(format_args!(
+        "{kind} {name}: {leaves} leaves with {leaf_triangles} triangles, wood with {wood_triangles} triangles"
+    ))
+}
+
+fn tell_materials(materials: &[Material]) -> Result<(), Failure> {
+    materials.iter().enumerate().try_for_each(|(i, material)| {
+        let texture = if material.texture.is_some() { "textured" } else { "plain" };
+        let alpha = material.cutoff().map_or("opaque".into(), |cutoff| format!("alpha cutoff {cutoff}"));
+        output::line(format_args!("material {i} {:?}: {texture}, {alpha}", material.name))
+    })
+}
+
+fn tell_bounds(aabb: Aabb, sphere: Sphere) -> Result<(), Failure> {
+    output::line(format_args!("bounds: {:?} to {:?}, radius {:.4}", aabb.min, aabb.max, sphere.radius))
+}
+
+fn plant_json(Imported { plant, origin, findings, warnings }: &Imported) -> Value {
+    let findings: Vec<Value> = findings
+        .iter()
+        .map(|finding| {
+            json!({
+                "name": finding.name,
+                "material": finding.material,
+                "triangles": finding.triangles,
+                "pieces": finding.pieces,
+                "verdict": finding.verdict.to_string(),
+                "reason": finding.reason,
+            })
+        })
+        .collect();
+    json!({
+        "kind": "plant",
+        "name": plant.name,
+        "leaves": plant.leaves.len(),
+        "leaf_triangles": plant.leaf_triangles(),
+        "wood_triangles": plant.wood.triangles(),
+        "materials": materials_json(&plant.materials),
+        "bounds": bounds_json(plant.aabb(), plant.sphere()),
+        "origin": origin,
+        "findings": findings,
+        "warnings": warnings,
+    })
+}
+
+fn model_json(model: &FoliageModel) -> Value {
+    let point =
+        |p: CurvePoint| json!({ "percent": p.percent, "leaves": p.leaves, "error": p.error, "largest_scale": p.scale });
+    let curve: Vec<Value> = curve(model).into_iter().map(point).collect();
+    let about = json!({
+        "kind": "model",
+        "name": model.name,
+        "leaves": model.leaves.len(),
+        "leaf_triangles": model.leaf_triangles(),
+        "wood_triangles": model.wood.triangles(),
+        "materials": materials_json(&model.materials),
+        "bounds": bounds_json(model.aabb(), model.sphere()),
+        "enlarged_bounds": bounds_json(model.enlarged_aabb(), model.enlarged_sphere()),
+        "max_scale": model.max_scale,
+        "error_curve": curve,
+    });
+    merged(recipe_json(&model.recipe), about)
+}
+
+fn materials_json(materials: &[Material]) -> Vec<Value> {
+    let one = |material: &Material| json!({ "name": material.name, "texture": material.texture, "cutoff": material.cutoff() });
+    materials.iter().map(one).collect()
+}
+
+fn bounds_json(aabb: Aabb, sphere: Sphere) -> Value {
+    json!({ "min": aabb.min, "max": aabb.max, "center": sphere.center, "radius": sphere.radius })
+}
+
+/// Point of the error curve: the model at one active count.
+struct CurvePoint {
+    percent: u32,
+    leaves: u32,
+    /// Sum of the errors of all leaves pruned so far.
+    error: f64,
+    /// Largest scale of a drawn leaf.
+    scale: f32,
+}
+
+fn curve(model: &FoliageModel) -> Vec<CurvePoint> {
+    let count = model.leaves.len() as u32;
+    let mut swap = foliage_lod::extract::Swap::new(model);
+    CURVE_PERCENTS
+        .into_iter()
+        .map(|percent| {
+            let leaves = (u64::from(count) * u64::from(percent)).div_ceil(100) as u32;
+            swap.set_active(leaves);
+            let pruned = &model.leaves[leaves as usize..];
+            CurvePoint {
+                percent,
+                leaves,
+                error: pruned.iter().fold(0.0, |sum, leaf| sum + f64::from(leaf.error)),
+                scale: swap.scales()[..leaves as usize].iter().copied().fold(0.0, f32::max),
+            }
+        })
+        .collect()
+}

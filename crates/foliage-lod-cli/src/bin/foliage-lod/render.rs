@@ -1,0 +1,168 @@
+//! `foliage-lod render`: renders a model or a scene to a picture.
+
+use crate::{
+    args::{self, FadeRule, Method},
+    drawing,
+    failure::Failure,
+    output::{self, Steps},
+    pictures,
+    planting::Planting,
+    progress::spinning,
+    scene::{self, Opened},
+    staging::Staging,
+};
+use foliage_lod::{
+    Error, FoliageModel, Look, Result,
+    effects::{Contrast, CrownNormals, Effects, Fade, FadeRule as Rule, Translucency, Wind},
+    extract::{CookLambda, LodPolicy, fewest_leaves, leaf_count},
+    file,
+    simplify::CpuFragments,
+    stochastic::Stochastic,
+};
+use indicatif::HumanCount;
+use serde_json::{Map, Value, json};
+
+/// Runs the subcommand.
+pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
+    check_numbers(args)?;
+    file::check_writable(&args.output)?;
+    file::check_apart(&args.output, [&args.model])?;
+    let mut steps = Steps::new(args.json);
+    if scene::is_toml(&args.model) {
+        scene::refuse(&args.not_for_scenes())?;
+        let mut opened = Opened::open(&args.model, Some(&args.output), &mut steps)?;
+        let all = opened.plants();
+        let staging = opened.staging(args.seconds, args.size, args.method == Method::Full);
+        return finish(args, &staging, all, &mut steps);
+    }
+    let model = FoliageModel::read(&args.model)?;
+    let planting = planting(args, &model)?;
+    let look = Look { effects: effects(args), ..Look::default() };
+    steps.done("read", format!("{}: {} leaves", model.name, HumanCount(model.leaves.len() as u64)))?;
+    let plants = planting.plants.len();
+    if args.method == Method::Stochastic {
+        let plant = model.to_plant();
+        let plant = spinning("shuffling", || Stochastic::new(&plant, args.seed, &mut CpuFragments::new()))?;
+        steps.done("shuffle", format!("seed {}, visible share {:.2e}", args.seed, plant.visible_share))?;
+        let drawn = |distance| {
+            let n = active_count(args, &plant.model, distance);
+            let lambda = n as f64 / plant.model.leaves.len() as f64;
+            (n as f32, args.area.linear_scale(lambda, plant.visible_share) as f32)
+        };
+        return finish(
+            args,
+            &Staging::of_planting(&plant.model, &planting, args.size[1], look, args.seconds, drawn),
+            plants,
+            &mut steps,
+        );
+    }
+    let drawn = |distance| (active_count(args, &model, distance) as f32, 1.0);
+    finish(args, &Staging::of_planting(&model, &planting, args.size[1], look, args.seconds, drawn), plants, &mut steps)
+}
+
+fn finish(
+    args: &args::Render,
+    staging: &Staging<'_>,
+    plants: usize,
+    steps: &mut Steps,
+) -> std::result::Result<(), Failure> {
+    let drawing = spinning("drawing", || drawing::draw(args.raster, staging, args.size))?;
+    drawing.image.write_png(&args.output)?;
+    let trees = match (plants, staging.plants.len()) {
+        (1, _) => String::new(),
+        (all, seen) if all == seen => format!("{} trees, ", HumanCount(all as u64)),
+        (all, seen) => format!("{} of {} trees, ", HumanCount(seen as u64), HumanCount(all as u64)),
+    };
+    let result = format!(
+        "{}: {trees}{} leaves on {}",
+        args.output.display(),
+        HumanCount(drawing.prepared.leaves),
+        drawing.place()
+    );
+    steps.done("draw", result)?;
+    for (name, count) in drawing.prepared.effects.named() {
+        let (simulated, skipped) = (HumanCount(count.simulated), HumanCount(count.skipped));
+        if !args.json {
+            output::line(format_args!("effect    {name}: simulated for {simulated}, skipped for {skipped}"))?;
+        }
+    }
+    if args.json {
+        let effects: Map<String, Value> = drawing
+            .prepared
+            .effects
+            .named()
+            .map(|(name, count)| (name.into(), json!({ "simulated": count.simulated, "skipped": count.skipped })))
+            .collect();
+        output::line(json!({
+            "leaves_drawn": drawing.prepared.leaves,
+            "instances": staging.plants.len(),
+            "draws": drawing.prepared.draws,
+            "effects": effects,
+            "adapter": drawing.adapter,
+            "seconds": steps.total_seconds(),
+        }))?;
+    }
+    Ok(())
+}
+
+fn check_numbers(args: &args::Render) -> Result<()> {
+    let refused = |option, value: f64, allowed: &str| Err(Error::invalid(option, value, allowed));
+    match (args.distance, args.lod) {
+        (Some(distance), _) if !(distance > 0.0 && distance.is_finite()) => {
+            refused("--distance", distance.into(), "a number of radii above 0")
+        }
+        (_, Some(lod)) if !(0.0..=1.0).contains(&lod) => refused("--lod", lod.into(), "from 0 to 1"),
+        _ if !args.seconds.is_finite() => refused("--seconds", args.seconds, "a finite number"),
+        _ => Ok(()),
+    }
+}
+
+fn planting(args: &args::Render, model: &FoliageModel) -> Result<Planting> {
+    let sphere = model.sphere();
+    let aspect = f64::from(args.size[0]) / f64::from(args.size[1]);
+    match (&args.row, args.ring, args.grid) {
+        (Some(distances), _, _) => Planting::row(&sphere, distances, aspect),
+        (None, Some(count), _) => Planting::ring(&sphere, count, aspect),
+        (None, None, Some(side)) => Planting::grid(&sphere, side, aspect),
+        (None, None, None) => Ok(Planting::single(&sphere, args.distance, aspect)),
+    }
+}
+
+/// Number of leaves to draw for a plant `distance` radii away.
+fn active_count(args: &args::Render, model: &FoliageModel, distance: f32) -> u32 {
+    let leaves = model.leaves.len() as u32;
+    match (args.method, args.leaves_count, args.lod) {
+        (Method::Full, _, _) => leaves,
+        (_, Some(n), _) => n.min(leaves),
+        (_, None, Some(lod)) => leaf_count(lod, leaves, 0),
+        (Method::Vds, None, None) => pictures::count_at(model, distance),
+        (Method::Stochastic, None, None) => {
+            let lambda = CookLambda::default().lod(&pictures::sight(model, distance));
+            leaf_count(lambda, leaves, fewest_leaves(leaves))
+        }
+    }
+}
+
+fn effects(args: &args::Render) -> Effects {
+    let fade = |rule| {
+        let (rule, smooth) = match rule {
+            FadeRule::Window => (Rule::Window, false),
+            FadeRule::Trailing => (Rule::Trailing, false),
+            FadeRule::Relative => (Rule::Relative, false),
+            FadeRule::Smoothstep => (Rule::Window, true),
+        };
+        Fade { by: args.fade_by, rule, smooth, half_width: PUBLISHED_HALF_WIDTH }
+    };
+    Effects {
+        fade: args.fade.map(fade),
+        contrast: args.contrast.then(Contrast::default),
+        crown_normals: args.crown_normals.then(CrownNormals::default),
+        wind: args.wind.then(Wind::default),
+        translucency: args.translucency.then(Translucency::default),
+        ..Effects::default()
+    }
+}
+
+/// Half-width of the published fade `window`, and the maximum for `relative`, as a fraction of all
+/// leaves.
+const PUBLISHED_HALF_WIDTH: f32 = 0.1;

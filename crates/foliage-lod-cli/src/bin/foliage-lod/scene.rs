@@ -1,0 +1,215 @@
+//! Opens scenes: loads or grows their models and stages their frames.
+
+use crate::{
+    output::Steps,
+    pictures::DIRECTION,
+    progress::{Bars, spinning},
+    staging::{Shown, Staging},
+};
+use foliage_lod::{
+    Camera, Error, FoliageModel, Grove, Look, LookAt, Result,
+    bounds::Sphere,
+    draw::{Ground, Lighting},
+    effects::Effects,
+    file,
+    grow::{GrowOptions, Species, grow},
+    scene::{Active, Kind, ModelSource, Placement, Planted, SceneFile},
+    simplify::{CpuFragments, SimplifyOptions, simplify},
+};
+use indicatif::HumanCount;
+use std::path::{Path, PathBuf};
+
+/// Distance of the near plane, as a fraction of the smallest plant's radius.
+const NEAR_RADII: f64 = 1e-2;
+
+/// Default distance of the haze: the first factor times the smallest plant's radius plus the second
+/// times the radius of the whole scene.
+const HAZE_RADII: [f64; 2] = [40.0, 2.0];
+
+/// A scene with its models.
+pub struct Opened {
+    /// The parsed scene file.
+    pub file: SceneFile,
+    /// Its models, in the order of the file.
+    pub models: Vec<FoliageModel>,
+    planted: Vec<Planted>,
+    grove: Grove,
+    /// Bounding sphere of the scene.
+    around: Sphere,
+    /// Distance of the near plane.
+    near: f64,
+    active: Vec<Active>,
+}
+
+/// Whether the path has the extension of a scene or species file.
+pub fn is_toml(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+}
+
+/// Paths of the species files that the scene refers to; other species are embedded.
+fn species_files(file: &SceneFile, folder: &Path) -> impl Iterator<Item = PathBuf> {
+    let species = file.models.iter().filter_map(|source| source.species.as_ref());
+    species.map(move |name| folder.join(name)).filter(|species| is_toml(species))
+}
+
+fn model_files(file: &SceneFile, folder: &Path) -> impl Iterator<Item = PathBuf> {
+    file.models.iter().filter_map(|source| source.file.as_ref()).map(move |model| folder.join(model))
+}
+
+impl Opened {
+    /// Reads a scene and loads or grows its models. `output` is the file that will be written, if
+    /// any.
+    ///
+    /// # Errors
+    /// Errors from reading, growing and simplifying; also if the output is one of the inputs.
+    pub fn open(
+        path: &Path,
+        output: Option<&Path>,
+        steps: &mut Steps,
+    ) -> std::result::Result<Self, crate::failure::Failure> {
+        let scene = SceneFile::read(path)?;
+        // Reports impossible scattering before anything is grown.
+        scene.scatter.iter().try_for_each(|scatter| scatter.spots().map(drop))?;
+        let folder = path.parent().unwrap_or(Path::new("."));
+        if let Some(output) = output {
+            file::check_apart(output, model_files(&scene, folder).chain(species_files(&scene, folder)))?;
+        }
+        for model in model_files(&scene, folder) {
+            std::fs::metadata(&model).map_err(|error| Error::io(&model, error))?;
+        }
+        let mut models = Vec::new();
+        for source in &scene.models {
+            let model = load(source, folder)?;
+            let (leaves, wood) = (HumanCount(model.leaves.len() as u64), HumanCount(model.wood.triangles() as u64));
+            steps.done("model", format!("{}: {leaves} leaves, {wood} wood triangles", source.name))?;
+            models.push(model);
+        }
+        let opened = Self::new(scene, models)?;
+        steps.done("scene", format!("{}: {} plants", path.display(), HumanCount(opened.planted.len() as u64)))?;
+        Ok(opened)
+    }
+
+    fn new(file: SceneFile, models: Vec<FoliageModel>) -> Result<Self> {
+        let planted = file.planted(&models)?;
+        let kinds: Vec<Kind> = models
+            .iter()
+            .map(|model| {
+                let mut kind = Kind { policy: file.lod.policy(model), ..Kind::new(model) };
+                if let Some(wind) = &file.effects.wind {
+                    let shape = foliage_lod::effects::WindShape::new(&model.aabb());
+                    kind.reach.radius += f64::from(wind.reach(&shape, kind.reach.radius as f32));
+                }
+                kind
+            })
+            .collect();
+        let spheres: Vec<Sphere> =
+            planted.iter().map(|plant| kinds[plant.model].sphere.transformed(&plant.world_from_plant)).collect();
+        let placement =
+            |plant: &Planted| Placement { kind: plant.model as u32, world_from_plant: plant.world_from_plant };
+        let placements: Vec<Placement> = planted.iter().map(placement).collect();
+        let mut grove = Grove::new(kinds, &placements)?;
+        if let Some(dead_band) = file.lod.dead_band {
+            grove.set_dead_band(dead_band);
+        }
+        let corners = spheres.iter().flat_map(|sphere| {
+            let (center, radius) = (sphere.center().as_vec3(), sphere.radius as f32);
+            [center - radius, center + radius].map(|corner| corner.to_array())
+        });
+        let around = Sphere::of_points(corners.collect::<Vec<_>>());
+        let smallest = spheres.iter().map(|sphere| sphere.radius).fold(f64::INFINITY, f64::min);
+        let near = NEAR_RADII * if smallest > 0.0 { smallest } else { 1.0 };
+        Ok(Self { file, models, planted, grove, around, near, active: Vec::new() })
+    }
+
+    /// Number of plants in the scene.
+    pub fn plants(&self) -> usize {
+        self.planted.len()
+    }
+
+    /// Number of plants of the model with index `model`.
+    pub fn plants_of(&self, model: usize) -> usize {
+        self.planted.iter().filter(|plant| plant.model == model).count()
+    }
+
+    /// The look of the scene.
+    pub fn look(&self) -> Look {
+        let towards_sun = self.file.sun.direction().as_vec3();
+        let lighting = Lighting { towards_sun, ..Lighting::default() };
+        let ground = self.file.ground.map(|ground| Ground {
+            color: ground.color,
+            height: ground.height,
+            haze: ground.haze.unwrap_or(HAZE_RADII[0] * self.near / NEAR_RADII + HAZE_RADII[1] * self.around.radius),
+        });
+        Look { effects: self.file.effects, lighting, ground, ..Look::default() }
+    }
+
+    /// The camera at time `seconds`, for a picture with aspect ratio `aspect`.
+    pub fn camera(&self, seconds: f64, aspect: f64) -> LookAt {
+        self.file.look_at(seconds, aspect, self.near).unwrap_or_else(|| {
+            let framing = LookAt::framing(&self.around, DIRECTION, 50_f64.to_radians(), 1.0).with_aspect(aspect);
+            LookAt { near: self.near, ..framing }
+        })
+    }
+
+    /// Selects the plants in view, with all leaves if `full`, otherwise at their level of detail.
+    pub fn shown(&mut self, camera: &Camera, full: bool) -> Vec<Shown> {
+        self.grove.select(camera, &mut self.active);
+        self.selected(full)
+    }
+
+    /// Selects the plants that may cast shadows: every plant of the scene, in view or not, with its
+    /// leaves as in [`shown`](Self::shown); none if the effect `shadow` is off.
+    pub fn casters(&mut self, camera: &Camera, full: bool, effects: &Effects) -> Vec<Shown> {
+        if effects.shadow.is_none() {
+            return Vec::new();
+        }
+        self.grove.select_all(camera, &mut self.active);
+        self.selected(full)
+    }
+
+    fn selected(&self, full: bool) -> Vec<Shown> {
+        let shown = |active: &Active| {
+            let Planted { model, world_from_plant } = self.planted[active.instance as usize];
+            let leaves = self.models[model].leaves.len() as f32;
+            Shown { model, world_from_plant, active: if full { leaves } else { active.count }, leaf_scale: 1.0 }
+        };
+        self.active.iter().map(shown).collect()
+    }
+
+    /// Stages one frame.
+    pub fn staging(&mut self, seconds: f64, size: [u32; 2], full: bool) -> Staging<'_> {
+        let camera = self.camera(seconds, f64::from(size[0]) / f64::from(size[1]));
+        let camera = camera.camera(size[1]);
+        let plants = self.shown(&camera, full);
+        let effects = self.file.effects;
+        let casters = self.casters(&camera, full, &effects);
+        Staging { look: self.look(), models: &self.models, plants, casters, camera, seconds }
+    }
+}
+
+fn load(source: &ModelSource, folder: &Path) -> Result<FoliageModel> {
+    if let Some(file) = &source.file {
+        return FoliageModel::read(folder.join(file));
+    }
+    let name = source.species.as_deref().unwrap_or_default();
+    let is_file = Path::new(name).extension().is_some();
+    let species = if is_file { Species::named(folder.join(name))? } else { Species::named(name)? };
+    let options = GrowOptions { leaves: source.leaves, seed: source.seed };
+    let plant = spinning("growing", || grow(&species, &options))?;
+    let options = SimplifyOptions::fast();
+    let simplified = simplify(&plant, &options, &mut CpuFragments::new(), &mut Bars::new())?;
+    Ok(simplified.model)
+}
+
+/// Rejects options that do not apply to scenes: the scene file sets them.
+///
+/// # Errors
+/// [`Error::InvalidOption`] naming the first option that is set.
+pub fn refuse(given: &[(&'static str, bool)]) -> Result<()> {
+    match given.iter().find(|(_, is_given)| *is_given) {
+        None => Ok(()),
+        Some(&(option, _)) => {
+            Err(Error::invalid(option, "given with a scene", "left out: a scene is drawn as its file says"))
+        }
+    }
+}

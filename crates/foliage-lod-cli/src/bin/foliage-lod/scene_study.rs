@@ -1,0 +1,96 @@
+//! `foliage-lod report SCENE`: measures the savings from level of detail and the cost of effects in
+//! a scene.
+
+use crate::{failure::Failure, interrupt, output::Steps, progress::spinning, scene::Opened, staging::Shown};
+use foliage_lod::{
+    Error, Frame,
+    gpu::{GpuDevice, guarded},
+};
+use foliage_lod_cli::report::{
+    page::SceneReport,
+    scene_costs::{Cost, Seen, Shot, cases, measure},
+};
+use indicatif::HumanCount;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Number of frames measured along the camera's path.
+const SHOTS: u32 = 3;
+/// Time in seconds between these frames.
+const SECONDS_BETWEEN: f64 = 10.0;
+/// Maximum number of times that each frame is drawn.
+const ROUNDS: usize = 3;
+/// Seconds from one frame to the next, for motion vectors.
+const FRAME_SECONDS: f64 = 1.0 / 60.0;
+/// Width and height of a frame in pixels.
+const SIZE: [u32; 2] = [640, 360];
+
+/// Measures one scene.
+pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<SceneReport, Failure> {
+    let Some(gpu) = gpu else {
+        let reason = "measuring the costs of a scene needs an adapter".into();
+        let fix = "install a Vulkan driver (software: Mesa's lavapipe), or leave the scene out".into();
+        return Err(Error::Gpu { reason, fix }.into());
+    };
+    let mut opened = Opened::open(path, None, steps)?;
+    let shots: Vec<Shot> = (0..SHOTS).map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN)).collect();
+    let cases = cases(&opened.look());
+    let advance = |_| interrupt::check();
+    let measure = || measure(gpu, &opened.models, &shots, &cases, SIZE, ROUNDS, advance);
+    let costs = spinning("measuring", || guarded(measure))?;
+    for cost in &costs {
+        let Cost { name, frame_seconds, ratio, .. } = cost;
+        let leaves = HumanCount(cost.leaves);
+        steps.done(
+            "measure",
+            format!("{name}: {:.1} ms per frame, {ratio:.3} of the first, {leaves} leaves", 1e3 * frame_seconds),
+        )?;
+    }
+    let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    Ok(SceneReport { name, plants: opened.plants(), costs })
+}
+
+fn shot(opened: &mut Opened, seconds: f64) -> Shot {
+    let frame = |seconds| {
+        let camera = opened.camera(seconds, f64::from(SIZE[0]) / f64::from(SIZE[1]));
+        Frame::new(&camera.camera(SIZE[1])).at(seconds)
+    };
+    let (before, frame) = (frame(seconds), frame(seconds + FRAME_SECONDS));
+    let camera = frame.camera;
+    let effects = opened.file.effects;
+    let mut both = |casters: bool| {
+        [true, false].map(|full| {
+            let plants = if casters { opened.casters(&camera, full, &effects) } else { opened.shown(&camera, full) };
+            let seen = |plant: &Shown| Seen {
+                model: plant.model,
+                world_from_plant: plant.world_from_plant,
+                active: plant.active,
+            };
+            plants.iter().map(seen).collect::<Vec<_>>()
+        })
+    };
+    Shot { frame: frame.after(&before), seen: both(false), casters: both(true) }
+}
+
+/// The measurements as JSON, one object per case.
+pub fn json_rows(report: &SceneReport) -> Vec<Value> {
+    let row = |cost: &Cost| {
+        let effects: serde_json::Map<String, Value> = cost
+            .effects
+            .named()
+            .map(|(name, count)| (name.into(), json!({ "simulated": count.simulated, "skipped": count.skipped })))
+            .collect();
+        json!({
+            "scene": report.name,
+            "drawn": cost.name,
+            "frame_seconds": cost.frame_seconds,
+            "ratio": cost.ratio,
+            "plants": cost.plants,
+            "leaves": cost.leaves,
+            "wood_triangles": cost.wood_triangles,
+            "effect_bytes": cost.effect_bytes,
+            "effects": effects,
+        })
+    };
+    report.costs.iter().map(row).collect()
+}

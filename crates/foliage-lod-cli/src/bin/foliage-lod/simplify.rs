@@ -1,0 +1,107 @@
+//! `foliage-lod simplify`: simplifies a tree file into a model.
+
+use crate::{
+    args,
+    failure::{Failure, complain},
+    output::{self, Steps},
+    pictures,
+    progress::spinning,
+    raster::simplified,
+};
+use foliage_lod::{
+    Error, FoliageModel, Plant, file,
+    import::{self, ImportOptions, Imported},
+    measure::{Reached, Target},
+    simplify::Simplified,
+};
+use foliage_lod_cli::report::offline::peak_bytes;
+use indicatif::{DecimalBytes, HumanCount};
+use serde_json::json;
+use std::path::Path;
+
+/// Percentages of the leaves that `--pictures` renders.
+const PICTURE_PERCENTS: [u32; 3] = [100, 50, 15];
+/// Width and height of these pictures in pixels.
+const PICTURE_SIDE_PX: u32 = 768;
+
+/// Runs the subcommand.
+pub fn run(args: &args::Simplify) -> Result<(), Failure> {
+    let options = args.options();
+    options.validate()?;
+    let targets = args.target.iter().map(|text| text.parse::<Target>()).collect::<Result<Vec<_>, _>>()?;
+    check_outputs(args)?;
+    let mut steps = Steps::new(args.json);
+    let import_options = ImportOptions { max_memory_mb: args.max_memory, ..args.import.options() };
+    let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &import_options))?;
+    warnings.iter().for_each(|warning| complain(format_args!("warning: {warning}")));
+    let import_seconds =
+        steps.done("read", format!("{}: {} leaves", plant.name, HumanCount(plant.leaves.len() as u64)))?;
+    let (Simplified { model, fragments, seconds }, rasteriser) = simplified(args.raster, &plant, &options)?;
+    let views = format!("{} views of {1} x {1}", options.views, options.resolution);
+    steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", HumanCount(fragments)))?;
+    let bytes = model.to_bytes()?;
+    file::write_whole(&args.output, &bytes)?;
+    let size = DecimalBytes(bytes.len() as u64);
+    let write_seconds = steps.done("write", format!("{}, {size}", args.output.display()))?;
+    if let Some(folder) = &args.pictures {
+        draw_pictures(&model, folder, &mut steps)?;
+    }
+    let reached: Vec<Reached> =
+        targets.into_iter().map(|target| reach(target, &plant, &model, &mut steps)).collect::<Result<_, _>>()?;
+    if args.json {
+        let about = json!({
+            "leaves": model.leaves.len(),
+            "fragments": fragments,
+            "max_scale": model.max_scale,
+            "cascade": options.cascade,
+            "target_leaves": reached.first().map(|reached| reached.leaves),
+            "targets": args.target.iter().zip(&reached).map(|(target, reached)| {
+                json!({ "target": target, "leaves": reached.leaves, "share": f64::from(reached.leaves) / model.leaves.len() as f64 })
+            }).collect::<Vec<_>>(),
+            "seconds": {
+                "import": import_seconds,
+                "fragments": seconds.fragments,
+                "prune": seconds.prune,
+                "write": write_seconds,
+                "total": steps.total_seconds(),
+            },
+            "peak_bytes": peak_bytes(),
+            "model_bytes": bytes.len(),
+        });
+        output::line(output::merged(output::recipe_json(&model.recipe), about))?;
+    }
+    Ok(())
+}
+
+/// Finds and prints the number of leaves that meets the bound.
+fn reach(target: Target, plant: &Plant, model: &FoliageModel, steps: &mut Steps) -> Result<Reached, Failure> {
+    let reached = spinning("searching", || target.reach(plant, model))?;
+    let Reached { leaves, quality } = reached;
+    let share = 100.0 * f64::from(leaves) / plant.leaves.len() as f64;
+    let found = format!("SSIM {:.3}, RMSE {:.1}, XOR {:.2} %", quality.ssim, quality.rmse, 100.0 * quality.xor);
+    let missed = if target.holds(&quality) { "" } else { "; the bound cannot be met" };
+    let at = format!("at {} pixels", target.pixels);
+    steps.done("target", format!("{} leaves ({share:.1} %): {found} {at}{missed}", HumanCount(leaves.into())))?;
+    Ok(reached)
+}
+
+/// Rejects outputs that cannot be written, before the work starts.
+fn check_outputs(args: &args::Simplify) -> Result<(), Error> {
+    file::check_writable(&args.output)?;
+    file::check_apart(&args.output, [&args.input])?;
+    match &args.pictures {
+        Some(folder) => file::check_writable(folder.join("100.png")),
+        None => Ok(()),
+    }
+}
+
+fn draw_pictures(model: &FoliageModel, folder: &Path, steps: &mut Steps) -> Result<(), Failure> {
+    for percent in PICTURE_PERCENTS {
+        let n = (model.leaves.len() as u32 * percent).div_ceil(100);
+        let path = folder.join(format!("{percent}.png"));
+        let image = spinning("drawing", || pictures::draw(model, n, None, [PICTURE_SIDE_PX; 2]))?;
+        image.write_png(&path)?;
+        steps.done("draw", format!("{}: {} leaves", path.display(), HumanCount(n.into())))?;
+    }
+    Ok(())
+}

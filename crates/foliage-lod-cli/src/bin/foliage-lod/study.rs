@@ -1,0 +1,224 @@
+//! `foliage-lod report PLANT...`: measures accuracy against time and writes one page.
+
+use crate::{
+    args,
+    failure::{Failure, complain},
+    interrupt,
+    output::{self, Steps},
+    progress::{Bars, spinning},
+    scene, scene_study,
+};
+use foliage_lod::{
+    Error, Plant, Result,
+    file::{check_writable, write_whole},
+    gpu::{GpuDevice, GpuOptions},
+    grow::{GrowOptions, Species, grow},
+    import::{self, ImportOptions},
+    simplify::CpuFragments,
+    stochastic::{AreaRule, Stochastic, shuffled},
+};
+use foliage_lod_cli::report::{
+    Method, Study, StudyOptions,
+    offline::{self, OfflineRow},
+    page::{self, PlantReport, SceneReport},
+    study::Row,
+};
+use indicatif::HumanCount;
+use serde_json::{Value, json};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// Seed of all random orders.
+const SEED: u64 = 1;
+/// Methods shown as pictures, in addition to the presets and the `--against` chain.
+const SHOWN: [&str; 2] = ["random", "cook"];
+
+/// Runs the subcommand.
+pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
+    let folder = &args.output;
+    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
+    check_writable(folder.join("report.html"))?;
+    let options = StudyOptions { sizes: args.pixels.clone(), levels: args.levels.clone(), ..StudyOptions::default() };
+    // Frames are timed only if there is a device; the rest needs none.
+    let gpu = GpuDevice::new(&GpuOptions::from_env()).ok();
+    let mut steps = Steps::new(args.json);
+    let (mut reports, mut scenes) = (Vec::new(), Vec::new());
+    for name in &args.plants {
+        if scene::is_toml(Path::new(name)) {
+            scenes.push(scene_study::study(Path::new(name), gpu.as_ref(), &mut steps)?);
+            continue;
+        }
+        let plant = load(name, args, &mut steps)?;
+        reports.push(study(&plant, args, &options, gpu.as_ref(), &mut steps)?);
+    }
+    if let Some(Err(error)) = gpu.as_ref().map(GpuDevice::check) {
+        complain(format_args!("warning: some frame times are missing: {error}"));
+    }
+    let adapter = gpu.as_ref().map(GpuDevice::adapter_name);
+    let adapter = adapter.as_deref();
+    write(&reports, &scenes, adapter, folder)?;
+    steps.done("write", format!("report.html, report.csv, report.json in {}", folder.display()))?;
+    if args.json {
+        output::line(json(&reports, &scenes, adapter))?;
+    }
+    Ok(())
+}
+
+/// Grows an embedded species or reads a file.
+fn load(name: &str, args: &args::Report, steps: &mut Steps) -> std::result::Result<Plant, Failure> {
+    let plant = match Species::embedded(name) {
+        Ok(species) => {
+            let options = GrowOptions { leaves: args.leaves, ..GrowOptions::default() };
+            spinning("growing", || grow(&species, &options))?
+        }
+        Err(_) => spinning("reading", || import::load(Path::new(name), &ImportOptions::default()))?.plant,
+    };
+    steps.done("read", format!("{}: {} leaves", plant.name, HumanCount(plant.leaves.len() as u64)))?;
+    Ok(plant)
+}
+
+fn study(
+    plant: &Plant,
+    args: &args::Report,
+    options: &StudyOptions,
+    gpu: Option<&GpuDevice>,
+    steps: &mut Steps,
+) -> std::result::Result<PlantReport, Failure> {
+    let study = spinning("drawing", || Study::new(plant, options))?;
+    let mut offline = Vec::new();
+    let mut methods = Vec::new();
+    for preset in offline::presets() {
+        let (row, method) = offline::measure(plant, &study, &preset, &mut CpuFragments::new(), &mut Bars::new())?;
+        tell_model(&row, steps)?;
+        offline.push(row);
+        methods.push(method);
+    }
+    if !args.brief {
+        for variant in offline::variants() {
+            let (row, _) = offline::measure(plant, &study, &variant, &mut CpuFragments::new(), &mut Bars::new())?;
+            tell_model(&row, steps)?;
+            offline.push(row);
+        }
+    }
+    let presets = methods.len();
+    methods.extend(spinning("shuffling", || peers(plant, args, options, &study))?);
+    let (mut rows, mut shown, mut pops) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, method) in methods.iter().enumerate() {
+        let of_method = spinning(&format!("measuring {}", method.name), || study.rows(method, gpu))?;
+        let is_shown = number < presets
+            || SHOWN.contains(&method.name.as_str())
+            || number >= methods.len() - args.against_methods();
+        if is_shown {
+            shown.extend(study.shown(method)?);
+        }
+        let pop = spinning(&format!("measuring popping of {}", method.name), || study.pop(method))?;
+        tell_rows(method, &of_method, pop, steps)?;
+        pops.push((method.name.clone(), pop));
+        rows.extend(of_method);
+        interrupt::check()?;
+    }
+    let full = study.full_shown()?;
+    Ok(PlantReport { plant: plant.name.clone(), leaves: plant.leaves.len() as u32, rows, pops, offline, full, shown })
+}
+
+/// Methods that the presets are compared with; the `--against` chain comes last.
+fn peers(plant: &Plant, args: &args::Report, options: &StudyOptions, study: &Study<'_>) -> Result<Vec<Method>> {
+    let stochastic = Stochastic::new(plant, SEED, &mut CpuFragments::new())?;
+    let cook = |name, area, mean| Method::stochastic(name, stochastic.clone(), area, mean);
+    let mut methods = vec![
+        Method::of_model("random", shuffled(plant, SEED)?),
+        cook("cook", AreaRule::Visible, Some(study.mean_shaded()?)),
+        cook("cook, no contrast", AreaRule::Visible, None),
+        cook("gomez, linear 1/lambda", AreaRule::Linear, None),
+    ];
+    #[cfg(feature = "peers")]
+    methods.extend(foliage_lod_cli::report::peers::meshoptimizer(plant, &options.levels));
+    #[cfg(not(feature = "peers"))]
+    let _ = options;
+    if !args.against.is_empty() {
+        let triangles = plant.leaf_triangles().max(1) as f64;
+        let load = |path: &PathBuf| {
+            let level = import::load(path, &ImportOptions::default())?.plant;
+            Ok((level.leaf_triangles() as f64 / triangles, Arc::new(level)))
+        };
+        methods.push(Method::given("against", args.against.iter().map(load).collect::<Result<_>>()?));
+    }
+    Ok(methods)
+}
+
+fn tell_model(row: &OfflineRow, steps: &mut Steps) -> std::result::Result<(), Failure> {
+    let OfflineRow { preset, criterion, compensate, resolution, views, .. } = row;
+    let cascade = if row.cascade { ", cascade" } else { "" };
+    let what = format!("{preset}: {criterion}, {compensate}, {views} views of {resolution} x {resolution}{cascade}");
+    steps.done("simplify", format!("{what}; RMSE {:.1} at 15 %", row.quality.rmse))?;
+    Ok(())
+}
+
+fn tell_rows(method: &Method, rows: &[Row], pop: f64, steps: &mut Steps) -> std::result::Result<(), Failure> {
+    let largest = rows.iter().map(|row| row.pixels).max();
+    let told = rows.iter().filter(|row| Some(row.pixels) == largest);
+    let told: Vec<String> = told.map(|row| format!("{:.0} % {:.1}", 100.0 * row.level, row.quality.rmse)).collect();
+    steps.done("measure", format!("{}: RMSE {}; popping {pop:.2}", method.name, told.join(", ")))?;
+    Ok(())
+}
+
+fn write(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>, folder: &Path) -> Result<()> {
+    write_whole(folder.join("report.csv"), page::csv(reports).as_bytes())?;
+    write_whole(folder.join("report.json"), json(reports, scenes, adapter).to_string().as_bytes())?;
+    write_whole(folder.join("report.html"), page::html(reports, scenes, adapter)?.as_bytes())
+}
+
+/// The report as JSON, which has no NaN: numbers that were not measured become null.
+fn json(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>) -> Value {
+    let rows: Vec<Value> = reports.iter().flat_map(|report| &report.rows).map(json_row).collect();
+    let offline: Vec<Value> = reports.iter().flat_map(|report| &report.offline).map(json_offline).collect();
+    let pop = |report: &PlantReport| {
+        let plant = report.plant.clone();
+        report
+            .pops
+            .clone()
+            .into_iter()
+            .map(move |(method, change)| json!({ "plant": plant, "method": method, "change": change }))
+    };
+    let pops: Vec<Value> = reports.iter().flat_map(pop).collect();
+    let scenes: Vec<Value> = scenes.iter().flat_map(scene_study::json_rows).collect();
+    json!({ "adapter": adapter, "rows": rows, "pops": pops, "offline": offline, "scenes": scenes })
+}
+
+fn json_row(row: &Row) -> Value {
+    let quality = &row.quality;
+    json!({
+        "plant": row.plant,
+        "method": row.method,
+        "level": row.level,
+        "leaves": row.leaves,
+        "pixels": row.pixels,
+        "rmse": quality.rmse,
+        "ssim": quality.ssim,
+        "flip": quality.flip,
+        "coverage": quality.coverage,
+        "xor": quality.xor,
+        "frame_seconds": row.frame_seconds,
+        "extraction_seconds": row.extraction_seconds,
+    })
+}
+
+fn json_offline(row: &OfflineRow) -> Value {
+    json!({
+        "plant": row.plant,
+        "preset": row.preset,
+        "resolution": row.resolution,
+        "views": row.views,
+        "criterion": row.criterion,
+        "compensate": row.compensate,
+        "cascade": row.cascade,
+        "seconds": row.seconds,
+        "peak_bytes": row.peak_bytes,
+        "rmse": row.quality.rmse,
+        "ssim": row.quality.ssim,
+        "coverage": row.quality.coverage,
+        "xor": row.quality.xor,
+    })
+}

@@ -1,0 +1,21 @@
+//! Measurements of quality, time and memory, as tables, plots and pages.
+//!
+//! ```text
+//! Plant -> Study (full pictures) -> Method at each level -> Row --------> HTML page, CSV, JSON
+//!       -> offline::measure (preset, resolution, criterion) -> OfflineRow ->
+//! ```
+
+pub mod dolly;
+pub mod frames;
+pub mod method;
+pub mod offline;
+pub mod page;
+pub mod paper;
+#[cfg(feature = "peers")]
+pub mod peers;
+mod plot;
+pub mod scene_costs;
+pub mod study;
+
+pub use method::Method;
+pub use study::{Study, StudyOptions};

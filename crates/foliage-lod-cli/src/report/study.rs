@@ -1,0 +1,202 @@
+//! Accuracy against time: every method at every level, from held-out views.
+
+use super::{
+    dolly::Dolly,
+    frames::{FrameTimes, extraction_seconds},
+    method::{Method, Reduced, Sample},
+};
+use foliage_lod::{
+    Error, LookAt, Plant, Result,
+    bounds::Aabb,
+    gpu::{GpuDevice, guarded},
+    measure::{self, Quality, Reference, measured, pictures},
+    software::{DrawList, DrawOptions, Image, Painter, mean_color},
+};
+use glam::DVec3;
+
+/// Direction from the plant to the camera of the shown pictures: in front, a little to the right
+/// and above.
+const FRONT: DVec3 = DVec3::new(0.45, 0.25, 1.0);
+
+/// Measurements of one method at one level and size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The plant's name.
+    pub plant: String,
+    /// The method's name.
+    pub method: String,
+    /// Fraction of the leaves drawn; for ready-made plants, of the leaf triangles.
+    pub level: f64,
+    /// Leaves drawn.
+    pub leaves: u32,
+    /// Side of the pictures in pixels; the full plant fills them.
+    pub pixels: u32,
+    /// Mean quality over the held-out views.
+    pub quality: Quality,
+    /// Median frame time; NaN if not measured.
+    pub frame_seconds: f64,
+    /// Median time of extraction from all leaves to this many, on one core; NaN if the method does
+    /// not extract.
+    pub extraction_seconds: f64,
+}
+
+/// A picture for the picture table.
+pub struct Shown {
+    /// The method's name.
+    pub method: String,
+    /// Fraction of the leaves.
+    pub level: f64,
+    /// The picture, with a sky background.
+    pub image: Image,
+}
+
+/// Options of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudyOptions {
+    /// Fractions of the leaves.
+    pub levels: Vec<f64>,
+    /// Sides of the pictures in pixels; frames are timed at the first.
+    pub sizes: Vec<u32>,
+    /// Side of the shown pictures in pixels.
+    pub shown_px: u32,
+}
+
+impl Default for StudyOptions {
+    /// 80, 50, 30, 15, 5 and 1 % of the leaves at 256 and 64 pixels.
+    fn default() -> Self {
+        Self { levels: vec![0.8, 0.5, 0.3, 0.15, 0.05, 0.01], sizes: vec![256, 64], shown_px: 200 }
+    }
+}
+
+/// A plant with its reference pictures.
+pub struct Study<'a> {
+    plant: &'a Plant,
+    options: &'a StudyOptions,
+    cameras: Vec<LookAt>,
+    /// Camera of the shown pictures.
+    front: LookAt,
+    crown: Aabb,
+    /// Pictures of the full plant from all cameras, for each size.
+    references: Vec<Reference>,
+}
+
+impl<'a> Study<'a> {
+    /// Renders the full plant from all held-out views.
+    ///
+    /// # Errors
+    /// Errors from [`Painter::new`] and [`Painter::draw`].
+    pub fn new(plant: &'a Plant, options: &'a StudyOptions) -> Result<Self> {
+        let references = options.sizes.iter().map(|&side| Reference::new(plant, side)).collect::<Result<_>>()?;
+        let cameras = measure::cameras(&plant.sphere());
+        let crown = DrawList::of_plant(plant).crown;
+        let front = LookAt::framing(&plant.sphere(), FRONT, measure::FOV_Y, 1.0);
+        Ok(Self { plant, options, cameras, front, crown, references })
+    }
+
+    /// Mean shaded colour of the leaves, linear, over the held-out views.
+    ///
+    /// # Errors
+    /// Errors from [`Painter::draw`].
+    pub fn mean_shaded(&self) -> Result<[f32; 3]> {
+        let painter = Painter::new(&self.plant.materials, &self.plant.textures)?;
+        let bare = DrawOptions { wood: false, ..measured(None) };
+        let list = DrawList::of_plant(self.plant);
+        Ok(mean_color(&pictures(&painter, &list, &self.cameras, self.options.sizes[0], bare)?))
+    }
+
+    /// Quality of `sample` compared with the full plant, at the size with index `size`.
+    ///
+    /// # Errors
+    /// Errors from [`Painter::draw`].
+    pub fn quality(&self, sample: &Sample<'_>, size: usize) -> Result<Quality> {
+        self.references[size].quality(&sample.reduced.painter()?, sample.reduced.draw_list(), sample.tone)
+    }
+
+    /// All rows of a method. Times are measured at the largest size and NaN at the others. Frame
+    /// times are also NaN without a device, after the device has failed, and for models that do not
+    /// fit on it.
+    ///
+    /// # Errors
+    /// Errors from the software renderer.
+    pub fn rows(&self, method: &Method, gpu: Option<&GpuDevice>) -> Result<Vec<Row>> {
+        let mut rows = Vec::new();
+        let largest = self.options.sizes.iter().copied().max().unwrap_or(0);
+        let mut times = gpu.and_then(|gpu| guarded(|| FrameTimes::new(gpu, largest)).ok());
+        for level in method.levels(&self.options.levels) {
+            let sample = method.at(level);
+            let mut measured = |times: &mut FrameTimes<'_>| guarded(|| times.median(&sample.reduced, &self.cameras));
+            let frame_seconds = match times.as_mut().map(&mut measured) {
+                Some(Err(Error::Gpu { .. })) => {
+                    times = None;
+                    f64::NAN
+                }
+                Some(Err(Error::TooLarge { .. })) | None => f64::NAN,
+                Some(seconds) => seconds?,
+            };
+            let extraction_seconds = match sample.reduced {
+                Reduced::Prefix(model, count) => extraction_seconds(model, count),
+                Reduced::Whole(_) => f64::NAN,
+            };
+            for (size, &pixels) in self.options.sizes.iter().enumerate() {
+                rows.push(Row {
+                    plant: self.plant.name.clone(),
+                    method: method.name.clone(),
+                    level,
+                    leaves: sample.reduced.leaves(),
+                    pixels,
+                    quality: self.quality(&sample, size)?,
+                    frame_seconds: if pixels == largest { frame_seconds } else { f64::NAN },
+                    extraction_seconds: if pixels == largest { extraction_seconds } else { f64::NAN },
+                });
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Pictures of the method at every level, from the front.
+    ///
+    /// # Errors
+    /// Errors from [`Painter::draw`].
+    pub fn shown(&self, method: &Method) -> Result<Vec<Shown>> {
+        let levels = method.levels(&self.options.levels);
+        levels
+            .into_iter()
+            .map(|level| {
+                let sample = method.at(level);
+                let list = DrawList { crown: self.crown, ..sample.reduced.draw_list() };
+                let options = DrawOptions { tone: sample.tone, ..DrawOptions::default() };
+                let image = sample.reduced.painter()?.draw(
+                    &list,
+                    &self.front.camera(self.options.shown_px),
+                    [self.options.shown_px; 2],
+                    &options,
+                )?;
+                Ok(Shown { method: method.name.clone(), level, image })
+            })
+            .collect()
+    }
+
+    /// Popping of a method while a camera backs away (see [`Dolly`]), on the sRGB scale
+    /// of 0 to 255.
+    ///
+    /// # Errors
+    /// Errors from [`Painter::draw`].
+    pub fn pop(&self, method: &Method) -> Result<f64> {
+        Dolly::new(self.plant.sphere(), self.crown, FRONT, measure::FOV_Y).largest_change(method)
+    }
+
+    /// Picture of the full plant, from the same camera as [`shown`](Self::shown).
+    ///
+    /// # Errors
+    /// Errors from [`Painter::draw`].
+    pub fn full_shown(&self) -> Result<Image> {
+        let painter = Painter::new(&self.plant.materials, &self.plant.textures)?;
+        let list = DrawList::of_plant(self.plant);
+        painter.draw(
+            &list,
+            &self.front.camera(self.options.shown_px),
+            [self.options.shown_px; 2],
+            &DrawOptions::default(),
+        )
+    }
+}

@@ -1,0 +1,79 @@
+//! Per-model facts from which frame lists are built.
+
+use super::{
+    instance::{Instance, ModelId},
+    stems::{Levels, Stems},
+};
+use crate::{
+    bounds::{Aabb, largest_scale},
+    effects::wind::Shape,
+    model::{FoliageModel, Leaf},
+};
+use glam::{DVec3, Vec3};
+use slotmap::SlotMap;
+
+/// Facts of all models of a renderer.
+pub type Facts = SlotMap<ModelId, ModelFacts>;
+
+/// Facts about a model that a frame list needs.
+#[derive(Debug, Clone)]
+pub struct ModelFacts {
+    /// Origin of local space, in plant space.
+    pub(crate) center: DVec3,
+    /// One past the last index of each leaf.
+    pub(crate) index_ends: Vec<u32>,
+    pub(crate) stems: Levels,
+    /// Greatest distance from the centre at which anything is drawn, without wind.
+    pub(crate) reach: f32,
+    /// Entry n: greatest distance of a drawn vertex from its leaf's pivot, at an active count of n
+    /// or more.
+    pub(crate) leaf_reaches: Vec<f32>,
+    /// Shape of the plant for the wind, in local space.
+    pub(crate) shape: Shape,
+    /// Mean shaded colour of the leaves, linear, if contrast is enabled.
+    pub(crate) mean: [f32; 3],
+}
+
+impl ModelFacts {
+    /// Collects the facts of a valid model. `mean` is the mean shaded colour of its leaves, linear,
+    /// if contrast is enabled. O(vertices).
+    pub fn new(model: &FoliageModel, stems: &Stems, mean: [f32; 3]) -> Self {
+        let sphere = model.sphere();
+        let reach = model.enlarged_sphere();
+        let wood = model.wood.vertices.iter();
+        let corners = || model.vertices.iter().chain(wood.clone()).map(|vertex| vertex.position);
+        let local = |position: [f32; 3]| (Vec3::from(position).as_dvec3() - sphere.center()).as_vec3().to_array();
+        let extents: Vec<f32> = model.leaves.iter().map(|leaf| extent(model, leaf)).collect();
+        let mut most = extents.iter().copied().fold(0.0, f32::max);
+        let mut leaf_reaches = vec![most; model.leaves.len() + 1];
+        for (n, leaf) in model.leaves.iter().enumerate().rev() {
+            most = leaf.target().map_or(most, |target| most.max(extents[target] * leaf.scale));
+            leaf_reaches[n] = most;
+        }
+        Self {
+            center: sphere.center(),
+            index_ends: model.leaves.iter().map(|leaf| leaf.indices[1]).collect(),
+            stems: stems.levels.clone(),
+            reach: (reach.radius + reach.center().distance(sphere.center())) as f32,
+            leaf_reaches,
+            shape: Shape::new(&Aabb::of_points(corners().map(local))),
+            mean,
+        }
+    }
+}
+
+impl ModelFacts {
+    /// Centre and radius of a sphere around everything that is drawn of a plant, in world space.
+    pub fn placed(&self, plant: &Instance) -> (DVec3, f64) {
+        let to_world = plant.world_from_plant;
+        let reach = f64::from(self.reach) * largest_scale(&to_world) * f64::from(plant.leaf_scale.max(1.0));
+        (to_world.transform_point3(self.center), reach)
+    }
+}
+
+/// Greatest distance of a vertex of the unscaled leaf from its pivot.
+fn extent(model: &FoliageModel, leaf: &Leaf) -> f32 {
+    let pivot = Vec3::from(leaf.pivot);
+    let corners = model.vertices[leaf.geometry().vertex_range()].iter();
+    corners.map(|corner| pivot.distance(corner.position.into())).fold(0.0, f32::max)
+}

@@ -1,0 +1,124 @@
+//! Appearance of plants, and the shader variants that it needs.
+//!
+//! Shaders are assembled from parts. An enabled effect adds its part; a disabled one is replaced by
+//! a function that does nothing, so that neither its arithmetic nor its bindings are in the shader.
+//! Within a scene each draw uses the [`Variant`] with the features that its plants need in this
+//! frame, and no more.
+
+use super::{
+    landscape::{Ground, Landscape},
+    light::Lighting,
+};
+use crate::{
+    Result,
+    effects::{Effects, FadeBy},
+    error::check_range,
+};
+
+/// Appearance of a renderer's plants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// How leaves are coloured.
+    pub coloring: Coloring,
+    /// Effects that are simulated and shaded.
+    pub effects: Effects,
+    /// Sun and sky.
+    pub lighting: Lighting,
+    /// The ground under the plants; `None` draws none.
+    pub ground: Option<Ground>,
+    /// Thickness in pixels below which a stem is not drawn; 0 draws all wood.
+    pub thinnest_px: f32,
+}
+
+impl Default for Look {
+    /// No effects; stems thinner than half a pixel are not drawn.
+    fn default() -> Self {
+        Self {
+            coloring: Coloring::default(),
+            effects: Effects::default(),
+            lighting: Lighting::default(),
+            ground: None,
+            thinnest_px: 0.5,
+        }
+    }
+}
+
+impl Look {
+    /// Checks `thinnest_px` and the parameters of the effects and of the ground.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`](crate::Error::InvalidOption) for the first value out of its range.
+    pub fn check(&self) -> Result<()> {
+        let haze = self.ground.map_or(1.0, |ground| ground.haze);
+        check_range("ground.haze", haze, f64::MIN_POSITIVE..=f64::MAX)?;
+        check_range("thinnest_px", self.thinnest_px, 0.0..=f32::MAX)?;
+        self.effects.check()
+    }
+
+    /// Whether leaves fade by alpha.
+    pub(crate) fn fades_by_alpha(&self) -> bool {
+        self.effects.fade.is_some_and(|fade| fade.by == FadeBy::Alpha)
+    }
+
+    /// Sun and sky, with the enabled effects applied.
+    pub fn lighting(&self) -> Lighting {
+        self.lighting.with_effects(&self.effects)
+    }
+
+    /// Sky and ground behind the plants; `None` for the plain backdrop.
+    pub fn landscape(&self) -> Option<Landscape> {
+        let daylight = self.effects.sky.map(|sky| sky.under(self.lighting.towards_sun));
+        let lighting = self.lighting();
+        (daylight.is_some() || self.ground.is_some()).then_some(Landscape { daylight, ground: self.ground, lighting })
+    }
+}
+
+/// Colouring of leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Coloring {
+    /// Their own colours, lit.
+    #[default]
+    Picture,
+    /// A different flat colour for each leaf.
+    Flat,
+    /// A gradient in pruning order: orange for the leaf that is pruned first, blue for the one that
+    /// is kept longest.
+    PruneOrder,
+    /// Wireframe, with a different colour for each leaf. Needs `Features::POLYGON_MODE_LINE`; falls
+    /// back to [`Flat`](Self::Flat) without it.
+    Wire,
+}
+
+impl Coloring {
+    /// Number of the colouring in the shaders.
+    pub(crate) const fn number(self) -> u32 {
+        match self {
+            Self::Picture => 0,
+            Self::Flat | Self::Wire => 1,
+            Self::PruneOrder => 2,
+        }
+    }
+}
+
+/// Shader features that the plants of one draw need in this frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Variant {
+    /// The plants move visibly in the wind.
+    pub wind: bool,
+    /// Shaded colours are pulled towards the mean.
+    pub contrast: bool,
+    /// Some leaves of the draw are partly present, by alpha.
+    pub alpha: bool,
+}
+
+impl Variant {
+    /// All combinations.
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..8).map(|bits| Self { wind: bits & 1 != 0, contrast: bits & 2 != 0, alpha: bits & 4 != 0 })
+    }
+
+    /// Whether its shader reads effect buffers.
+    pub fn has_bindings(self) -> bool {
+        self.wind || self.contrast
+    }
+}

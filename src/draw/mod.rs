@@ -1,0 +1,40 @@
+//! Drawing without a graphics API: cameras and instances go in, records and draw lists come out.
+//!
+//! ```text
+//! model ----> Upload (vertices, leaves, timeline events, wood)          once
+//! Frame + Look + Instances ----> frame list (records, runs, draws)      each frame
+//! Look + Variant ----> WGSL of every pass                               when first needed
+//! ```
+//!
+//! Nothing here depends on wgpu: [`gpu`](crate::gpu) uploads and draws these lists with wgpu,
+//! [`software`](crate::software) draws the same instances on the CPU, and engine plug-ins upload
+//! the records themselves.
+
+pub(crate) mod eye;
+pub(crate) mod facts;
+pub(crate) mod frame_list;
+pub(crate) mod instance;
+pub(crate) mod landscape;
+pub(crate) mod light;
+pub(crate) mod look;
+#[cfg(feature = "software")]
+pub(crate) mod mips;
+pub(crate) mod shader;
+pub(crate) mod stems;
+pub(crate) mod sun;
+pub(crate) mod upload;
+
+pub mod records;
+pub mod shaders;
+
+pub use eye::Eye;
+pub use facts::{Facts, ModelFacts};
+pub use frame_list::{Batch, FrameList, WoodDraw};
+pub use instance::{Frame, Instance, ModelId, Prepared, ScalesId};
+pub use landscape::{Ground, Landscape, Rays};
+pub use light::Lighting;
+pub use look::{Coloring, Look, Variant};
+pub use shader::ShaderSource;
+pub use stems::{Levels, Stems};
+pub use sun::SunView;
+pub use upload::{MaterialLeaves, Upload};

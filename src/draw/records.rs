@@ -1,0 +1,239 @@
+//! GPU records: their layout, and the constants that shaders share with Rust.
+//!
+//! Tests compare each `#[repr(C)]` struct and each binding with the WGSL.
+
+/// One plant instance, as the shaders read it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct InstanceRecord {
+    /// Transform from local space (plant space with its origin at the plant's centre) to clip
+    /// space.
+    pub clip_from_local: [[f32; 4]; 4],
+    /// Position of the eye in local space.
+    pub eye_local: [f32; 3],
+    /// Fractional part of the active count.
+    pub fraction: f32,
+    /// Unit vector towards the sun, in local space.
+    pub sun_local: [f32; 3],
+    /// Integer part of the active count.
+    pub active_count: u32,
+    /// Unit vector upwards, in local space.
+    pub up_local: [f32; 3],
+    /// One past the last index of the last leaf drawn.
+    pub index_end: u32,
+    /// Index of the first of this plant's own drawn scales, or [`NO_SCALES`].
+    pub first_scale: u32,
+    /// The first leaf that may be only partly present.
+    pub first_partial: u32,
+    /// Number of leaves to draw.
+    pub drawn: u32,
+    /// Number of leaves that are in transition at once.
+    pub window: f32,
+    /// Factor applied to every leaf's drawn scale.
+    pub leaf_scale: f32,
+    /// Index of the plant's record for the previous frame; 0 if no motion vectors are drawn.
+    pub before: u32,
+    /// Jitter of the picture, in clip space.
+    pub jitter: [f32; 2],
+}
+
+/// Value of [`InstanceRecord::first_scale`] for a plant without drawn scales of its own; they come
+/// from the timeline.
+pub const NO_SCALES: u32 = u32::MAX;
+
+/// Number of indices in one run, which is one instance of a leaf draw. A run holds 64 two-triangle
+/// leaves.
+pub const RUN_INDICES: u32 = 384;
+
+/// The mean colour and contrast of one plant, as `contrast.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Tone {
+    /// Mean shaded colour of the leaves, linear.
+    pub mean: [f32; 3],
+    /// Fraction of a colour's distance from the mean that is kept.
+    pub kept: f32,
+}
+
+/// One vertex of a leaf as `leaf_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LeafVertex {
+    /// In local space.
+    pub position: [f32; 3],
+    /// Unit normal.
+    pub normal: [f32; 3],
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// Linear colour factor.
+    pub color: [f32; 3],
+    /// Leaf that the vertex belongs to.
+    pub leaf: u32,
+}
+
+/// One leaf as `leaf_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LeafRecord {
+    /// In local space.
+    pub pivot: [f32; 3],
+    /// Index into the materials.
+    pub material: u32,
+    /// First of the leaf's events in the timeline.
+    pub first_event: u32,
+    /// One past the leaf's last event.
+    pub end_event: u32,
+}
+
+/// One event of the timeline as `leaf_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Event {
+    /// Leaf that disappears.
+    pub leaf: u32,
+    /// Drawn scale of the event's owner once that leaf is gone.
+    pub scale: f32,
+}
+
+/// One vertex of the wood as `wood_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct WoodVertex {
+    /// In local space.
+    pub position: [f32; 3],
+    /// Unit normal.
+    pub normal: [f32; 3],
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// Linear colour factor.
+    pub color: [f32; 3],
+    /// Index into the materials.
+    pub material: u32,
+}
+
+/// One material as `surface.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct MaterialRecord {
+    /// Linear colour factor.
+    pub base_color: [f32; 4],
+    /// Alpha at or above which a texel is opaque; 0 if all texels are.
+    pub cutoff: f32,
+    /// Layer of the texture array.
+    pub layer: u32,
+    /// Wrap modes along u and v, as numbered by `wrap_number`.
+    pub wrap: [u32; 2],
+    /// 1 if the material is two-sided.
+    pub is_two_sided: u32,
+    /// Padding to a multiple of 16 bytes.
+    pub padding: [u32; 3],
+}
+
+/// Bounding box of the crown, as `surface.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct CrownRecord {
+    /// Centre of the box around all leaves, in local space.
+    pub center_local: [f32; 3],
+    /// Padding to a multiple of 16 bytes.
+    pub padding: f32,
+    /// One over half the box's size.
+    pub inverse_half_size: [f32; 3],
+    /// Padding to a multiple of 16 bytes.
+    pub end: f32,
+}
+
+/// Uniforms of `landscape_pass.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LandscapeRecord {
+    /// See `Rays`.
+    pub right: [f32; 3],
+    /// Height of the eye above the ground.
+    pub eye_height: f32,
+    /// See `Rays`.
+    pub up: [f32; 3],
+    /// Distance at which haze leaves 1/e of the ground's own light.
+    pub haze: f32,
+    /// See `Rays`.
+    pub forward: [f32; 3],
+    /// Brightness of the sky.
+    pub scale: f32,
+    /// Unit vector towards the sun, padded to 16 bytes.
+    pub towards_sun: [f32; 4],
+    /// Linear colour of the ground, padded.
+    pub ground: [f32; 4],
+    /// Perez coefficients, each padded.
+    pub perez: [[f32; 4]; 5],
+    /// Colour of the zenith (CIE xyY), padded.
+    pub zenith: [f32; 4],
+    /// Transform from world space relative to the eye to the sun's clip space.
+    pub light_from_eye: [[f32; 4]; 4],
+}
+
+/// Uniforms of `landscape_motion.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct MotionRays {
+    /// See `Rays`.
+    pub right: [f32; 3],
+    /// Height of the eye above the ground.
+    pub eye_height: f32,
+    /// See `Rays`; padded to 16 bytes.
+    pub up: [f32; 4],
+    /// See `Rays`; padded.
+    pub forward: [f32; 4],
+    /// Transform from world space relative to the eye to the previous frame's clip space.
+    pub before_from_eye: [[f32; 4]; 4],
+}
+
+/// One instance of a leaf draw: the index of the plant's record, and of the run within the plant.
+pub type Run = [u32; 2];
+
+/// Number of runs in a prefix that ends before index `index_end`.
+pub fn runs(index_end: u32) -> u32 {
+    index_end.div_ceil(RUN_INDICES)
+}
+
+/// Binding numbers. Group 0 holds a model, group 1 a frame, group 2 the effects that have buffers.
+pub mod bindings {
+    /// Group of a model.
+    pub const MODEL: u32 = 0;
+    /// Group of a frame.
+    pub const FRAME: u32 = 1;
+    /// Group of the effects.
+    pub const EFFECTS: u32 = 2;
+
+    /// Uniform: the box around all leaves.
+    pub const CROWN: u32 = 0;
+    /// Storage: one record for each material.
+    pub const MATERIALS: u32 = 1;
+    /// Texture array of all materials.
+    pub const TEXTURES: u32 = 2;
+    /// Sampler of the textures.
+    pub const SAMPLER: u32 = 3;
+    /// Storage: vertices of all leaves.
+    pub const LEAF_VERTICES: u32 = 4;
+    /// Storage: indices of all leaves.
+    pub const LEAF_INDICES: u32 = 5;
+    /// Storage: one record for each leaf.
+    pub const LEAVES: u32 = 6;
+    /// Storage: events of the timeline.
+    pub const EVENTS: u32 = 7;
+
+    /// Storage: one record for each instance.
+    pub const INSTANCES: u32 = 0;
+    /// Storage: drawn scales of the plants that keep their own.
+    pub const SCALES: u32 = 1;
+
+    /// Storage: mean colour and contrast of each instance.
+    pub const TONES: u32 = 0;
+    /// Storage: sway of each instance.
+    pub const SWAYS: u32 = 1;
+    /// Storage: matrix from local space to the sun's clip space, for each instance.
+    pub const LIGHTS: u32 = 2;
+    /// Depth texture of the shadow map.
+    pub const SHADOW_MAP: u32 = 3;
+    /// Comparison sampler of the shadow map.
+    pub const SHADOW_SAMPLER: u32 = 4;
+}

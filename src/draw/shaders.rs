@@ -1,0 +1,185 @@
+//! WGSL of every pass, assembled from the files in `shaders` and the constants that they share with
+//! Rust.
+//!
+//! An enabled effect adds its part. A disabled one is replaced by a function that does nothing, so
+//! that neither its arithmetic nor its bindings are in the shader.
+
+use super::{
+    landscape::{FLOOR_FROM, ZENITH_FROM},
+    light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
+    look::{Coloring, Look, Variant},
+    records::{NO_SCALES, RUN_INDICES},
+    shader::{ShaderSource, wrap_number},
+    sun::DEPTH_RADII,
+};
+use crate::{
+    crown::{INNERMOST, INNERMOST_RADIUS},
+    effects::{
+        sky::{LOWEST, LOWEST_CHROMATICITY_Y, RGB_FROM_XYZ},
+        wind,
+    },
+    material::Wrap,
+};
+
+/// Vertices of the passes that cover the whole picture.
+const COVER: &str = include_str!("../../shaders/cover.wgsl");
+
+/// Timeline look-up for your own shaders: `event_at` and `scale_of` over a storage buffer `events`
+/// of [`Event`](super::records::Event) records.
+pub const TIMELINE: &str = include_str!("../../shaders/timeline.wgsl");
+
+/// WGSL of the leaf pass.
+pub fn leaf_pass(look: &Look, variant: Variant) -> String {
+    plant(&[TIMELINE, include_str!("../../shaders/leaf_pass.wgsl")].concat(), look, variant)
+}
+
+/// WGSL of the leaf pass into the shadow map.
+pub fn leaf_shadow(look: &Look, variant: Variant) -> String {
+    leaf_pass(look, variant) + include_str!("../../shaders/shadow_pass.wgsl")
+}
+
+/// WGSL of the leaf pass for motion vectors.
+pub fn leaf_motion(look: &Look, variant: Variant) -> String {
+    leaf_pass(look, variant)
+        + include_str!("../../shaders/motion_pass.wgsl")
+        + include_str!("../../shaders/leaf_motion.wgsl")
+}
+
+/// WGSL of the wood pass.
+pub fn wood_pass(look: &Look, variant: Variant) -> String {
+    plant(include_str!("../../shaders/wood_pass.wgsl"), look, variant)
+}
+
+/// WGSL of the wood pass into the shadow map.
+pub fn wood_shadow(look: &Look, variant: Variant) -> String {
+    wood_pass(look, variant) + include_str!("../../shaders/shadow_pass.wgsl")
+}
+
+/// WGSL of the wood pass for motion vectors.
+pub fn wood_motion(look: &Look, variant: Variant) -> String {
+    wood_pass(look, variant)
+        + include_str!("../../shaders/motion_pass.wgsl")
+        + include_str!("../../shaders/wood_motion.wgsl")
+}
+
+/// WGSL of the plain backdrop.
+pub fn backdrop_pass() -> String {
+    light_constants(ShaderSource::new(), &Lighting::default())
+        .with_part(include_str!("../../shaders/light.wgsl"))
+        .with_part(COVER)
+        .with_body(include_str!("../../shaders/backdrop_pass.wgsl"))
+}
+
+/// WGSL of the motion vectors of sky and ground.
+pub fn landscape_motion(has_ground: bool) -> String {
+    let source = ShaderSource::new().constant_bool("HAS_GROUND", has_ground);
+    source.with_part(COVER).with_body(include_str!("../../shaders/landscape_motion.wgsl"))
+}
+
+/// WGSL of the sky and the ground.
+pub fn landscape_pass(look: &Look) -> String {
+    let shadow: [&str; 2] = match look.effects.shadow {
+        Some(_) => [
+            include_str!("../../shaders/shadow.wgsl"),
+            "fn ground_sunlit(from_eye: vec3<f32>) -> f32 {\n    \
+             return shadow_share((landscape.light_from_eye * vec4(from_eye, 1.0)).xyz);\n}\n",
+        ],
+        None => ["", "fn ground_sunlit(from_eye: vec3<f32>) -> f32 { return 1.0; }\n"],
+    };
+    let [x, y, z] = [RGB_FROM_XYZ.x_axis, RGB_FROM_XYZ.y_axis, RGB_FROM_XYZ.z_axis]
+        .map(|axis| format!("vec3({:?}f, {:?}f, {:?}f)", axis.x, axis.y, axis.z));
+    shadow_constants(light_constants(ShaderSource::new(), &look.lighting()), look)
+        .constant_bool("HAS_SKY", look.effects.sky.is_some())
+        .constant_bool("HAS_GROUND", look.ground.is_some())
+        .constant_f32("LOWEST", LOWEST)
+        .constant_f32("LOWEST_CHROMATICITY_Y", LOWEST_CHROMATICITY_Y)
+        .constant_f32("ZENITH_FROM", ZENITH_FROM)
+        .constant_f32("FLOOR_FROM", FLOOR_FROM)
+        .with_part(&format!("const RGB_FROM_XYZ: mat3x3<f32> = mat3x3({x}, {y}, {z});\n"))
+        .with_part(include_str!("../../shaders/light.wgsl"))
+        .with_part(shadow[0])
+        .with_part(shadow[1])
+        .with_part(COVER)
+        .with_body(include_str!("../../shaders/landscape_pass.wgsl"))
+}
+
+/// Shadow bias along the light, in texels of the shadow map: a surface this far behind the stored
+/// depth is still lit. Half the diagonal of the filter's square, of 3 x 3 texels at softness 1, on
+/// a surface that slopes at 45 degrees.
+const BIAS_TEXELS: f32 = 1.5;
+
+/// Adds the constants of `shadow.wgsl`.
+fn shadow_constants(source: ShaderSource, look: &Look) -> ShaderSource {
+    let Some(shadow) = look.effects.shadow else { return source };
+    let texel = 1.0 / shadow.resolution as f32;
+    // The map is two radii wide.
+    let radii = BIAS_TEXELS * (1.0 + shadow.softness) * texel * 2.0;
+    let bias = radii / DEPTH_RADII as f32;
+    source.constant_f32("SHADOW_STEP", shadow.softness * texel).constant_f32("SHADOW_BIAS", bias)
+}
+
+/// Assembles a pass that draws plants: the shared constants and parts, then `body`.
+fn plant(body: &str, look: &Look, variant: Variant) -> String {
+    let part = |is_on: bool, on: &'static str, off: &'static str| if is_on { on } else { off };
+    let has_shadow = look.effects.shadow.is_some();
+    shadow_constants(light_constants(ShaderSource::new(), &look.lighting()), look)
+        .constant_u32("WRAP_MIRROR", wrap_number(Wrap::Mirror))
+        .constant_u32("WRAP_CLAMP", wrap_number(Wrap::Clamp))
+        .constant_u32("NO_SCALES", NO_SCALES)
+        .constant_u32("COLORING_PICTURE", Coloring::Picture.number())
+        .constant_u32("COLORING_FLAT", Coloring::Flat.number())
+        .constant_u32("COLORING_ORDER", Coloring::PruneOrder.number())
+        .constant_u32("RUN_INDICES", RUN_INDICES)
+        .constant_bool("FADES_BY_ALPHA", look.fades_by_alpha())
+        .constant_bool("FADES_SMOOTHLY", look.effects.fade.is_some_and(|fade| fade.smooth))
+        .constant_vec3("BRANCH_WAVE_ALONG", wind::BRANCH_WAVES[0])
+        .constant_vec3("BRANCH_WAVE_UP", wind::BRANCH_WAVES[1])
+        .constant_f32("BRANCH_LIFT", wind::BRANCH_LIFT)
+        .constant_f32("BEND_DESCENT", wind::BEND_DESCENT)
+        .constant_f32("FLUTTER_SHARE_A", wind::FLUTTER_SHARES[0])
+        .constant_f32("FLUTTER_SHARE_B", wind::FLUTTER_SHARES[1])
+        .constant_f32("FLUTTER_TILT", wind::FLUTTER_TILT)
+        .constant_u32("HASH_MULTIPLIER", wind::HASH_MULTIPLIER)
+        .constant_u32("PHASE_STEPS", wind::PHASE_STEPS)
+        .with_part(include_str!("../../shaders/light.wgsl"))
+        .with_part(include_str!("../../shaders/surface.wgsl"))
+        .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
+        .with_part(part(variant.contrast, include_str!("../../shaders/contrast.wgsl"), NO_CONTRAST))
+        .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))
+        .with_part(part(has_shadow, include_str!("../../shaders/shadow.wgsl"), ""))
+        .with_part(part(has_shadow, include_str!("../../shaders/shadowed.wgsl"), NO_SHADOW))
+        .with_body(body)
+}
+
+const NO_SHADOW: &str = "fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 { return 1.0; }\n";
+const NO_FADE: &str = "fn fade_share(leaf: u32, instance: Instance) -> f32 { return 1.0; }\n";
+const NO_CONTRAST: &str = "fn toned(color: vec3<f32>, instance: u32) -> vec3<f32> { return color; }\n";
+const NO_WIND: &str = "\
+fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> { return rest; }
+fn moved_leaf(pivot: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, leaf: u32, instance: u32) -> Moved {
+    return Moved(pivot + offset, normal);
+}
+";
+
+/// Adds the constants of `light.wgsl`.
+fn light_constants(source: ShaderSource, lighting: &Lighting) -> ShaderSource {
+    let through = lighting.translucency;
+    source
+        .constant_vec3("SUN", lighting.sun)
+        .constant_vec3("SKY", lighting.sky)
+        .constant_vec3("GROUND", lighting.ground)
+        .constant_f32("WRAP_LIGHT", WRAP)
+        .constant_vec3("THROUGH", THROUGH_TINT * through.map_or(THROUGH, |through| through.strength))
+        .constant_bool("TRANSLUCENCY", through.is_some())
+        .constant_f32("GLOW", through.map_or(0.0, |through| through.glow))
+        .constant_f32("GLOW_SHARPNESS", through.map_or(1.0, |through| through.sharpness))
+        .constant_f32("INNERMOST", INNERMOST)
+        .constant_f32("INNERMOST_RADIUS", INNERMOST_RADIUS)
+        .constant_f32("LEAN", LEAN)
+        .constant_bool("CROWN_NORMALS", lighting.crown_blend.is_some())
+        .constant_f32("CROWN_BLEND", lighting.crown_blend.unwrap_or(0.0))
+        .constant_vec3("HORIZON", HORIZON)
+        .constant_vec3("ZENITH", ZENITH)
+        .constant_vec3("FLOOR", FLOOR)
+        .constant_f32("HORIZON_HEIGHT", HORIZON_HEIGHT)
+}

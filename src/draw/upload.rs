@@ -1,0 +1,176 @@
+//! A model as records for upload to any engine: vertices, leaves, timeline events, wood.
+//!
+//! Positions are relative to the centre of the plant's bounding sphere (*local space*), so that the
+//! precision of `f32` does not depend on where a file places the plant.
+
+use super::{
+    records::{CrownRecord, Event, LeafRecord, LeafVertex, WoodVertex},
+    stems::{Levels, Stems},
+};
+use crate::{
+    bounds::Aabb,
+    crown::inverse_half_size,
+    leaf::Vertex,
+    model::{FoliageModel, Timeline},
+};
+use glam::{DVec3, Vec3};
+use std::collections::HashMap;
+
+/// The records of one model. Draw the first [`index_end`](Self::index_end) of `leaf_indices`, or of
+/// each material's own indices ([`by_material`](Self::by_material)), and the first
+/// [`wood_end`](Self::wood_end) of `wood_indices`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Upload {
+    /// Origin of local space, in plant space.
+    pub center: [f64; 3],
+    /// Vertices of all leaves, in drawing order; each stores its leaf.
+    pub leaf_vertices: Vec<LeafVertex>,
+    /// Three indices per leaf triangle, in drawing order.
+    pub leaf_indices: Vec<u32>,
+    /// One record per leaf.
+    pub leaves: Vec<LeafRecord>,
+    /// Events of the timeline, leaf by leaf; [`LeafRecord::first_event`] and `end_event` delimit
+    /// one leaf's events.
+    pub events: Vec<Event>,
+    /// The box around all leaves.
+    pub crown: CrownRecord,
+    /// Vertices of the wood: one for each pair of a vertex and a material.
+    pub wood_vertices: Vec<WoodVertex>,
+    /// Three indices per wood triangle, the thickest stems first.
+    pub wood_indices: Vec<u32>,
+    /// Entry n: one past the last index of the first n leaves.
+    ends: Vec<u32>,
+    stems: Levels,
+}
+
+/// The leaves of one material, in drawing order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MaterialLeaves {
+    /// Index into the model's materials.
+    pub material: u32,
+    /// Three indices per triangle, into [`Upload::leaf_vertices`].
+    pub indices: Vec<u32>,
+    /// For each of its leaves, in ascending order: the number of the leaf, and one past its last
+    /// index.
+    ends: Vec<(u32, u32)>,
+}
+
+impl MaterialLeaves {
+    /// Number of indices that the first `n` leaves of the model have in this material.
+    pub fn index_end(&self, n: u32) -> u32 {
+        let drawn = self.ends.partition_point(|&(leaf, _)| leaf < n);
+        drawn.checked_sub(1).map_or(0, |last| self.ends[last].1)
+    }
+}
+
+impl Upload {
+    /// Builds the records of a valid model. O(vertices + indices).
+    pub fn new(model: &FoliageModel) -> Self {
+        Self::with_stems(model, &Stems::new(model))
+    }
+
+    pub(crate) fn with_stems(model: &FoliageModel, stems: &Stems) -> Self {
+        let center = model.sphere().center();
+        let (leaves, events) = leaf_records(model, center);
+        let (wood_vertices, wood_indices) = wood(model, center, stems);
+        Self {
+            center: center.to_array(),
+            leaf_vertices: leaf_vertices(model, center),
+            leaf_indices: model.indices.clone(),
+            leaves,
+            events,
+            crown: crown_record(model, center),
+            wood_vertices,
+            wood_indices,
+            ends: std::iter::once(0).chain(model.leaves.iter().map(|leaf| leaf.indices[1])).collect(),
+            stems: stems.levels.clone(),
+        }
+    }
+
+    /// Number of indices of the first `n` leaves, or of all leaves if the model has fewer.
+    pub fn index_end(&self, n: u32) -> u32 {
+        self.ends[(n as usize).min(self.ends.len() - 1)]
+    }
+
+    /// Number of wood indices of all stems at least `thickness` thick, in plant units.
+    pub fn wood_end(&self, thickness: f32) -> u32 {
+        self.stems.at_least(thickness)
+    }
+
+    /// Leaves grouped by material, without empty groups, for engines that draw one mesh per
+    /// material. O(indices).
+    pub fn by_material(&self) -> Vec<MaterialLeaves> {
+        let mut groups: Vec<MaterialLeaves> = Vec::new();
+        for (number, leaf) in (0..).zip(&self.leaves) {
+            let place = groups.iter().position(|group| group.material == leaf.material).unwrap_or_else(|| {
+                groups.push(MaterialLeaves { material: leaf.material, indices: Vec::new(), ends: Vec::new() });
+                groups.len() - 1
+            });
+            let [start, end] = [number, number + 1].map(|n| self.index_end(n) as usize);
+            let group = &mut groups[place];
+            group.indices.extend_from_slice(&self.leaf_indices[start..end]);
+            group.ends.push((number, group.indices.len() as u32));
+        }
+        groups
+    }
+}
+
+fn local(position: [f32; 3], center: DVec3) -> [f32; 3] {
+    (Vec3::from(position).as_dvec3() - center).as_vec3().to_array()
+}
+
+fn rgb([r, g, b, _]: [f32; 4]) -> [f32; 3] {
+    [r, g, b]
+}
+
+fn leaf_vertices(model: &FoliageModel, center: DVec3) -> Vec<LeafVertex> {
+    let vertices = |(number, leaf): (u32, &crate::model::Leaf)| {
+        let vertices = model.vertices[leaf.geometry().vertex_range()].iter();
+        vertices.map(move |&Vertex { position, normal, uv, color }| LeafVertex {
+            position: local(position, center),
+            normal,
+            uv,
+            color: rgb(color),
+            leaf: number,
+        })
+    };
+    (0..).zip(&model.leaves).flat_map(vertices).collect()
+}
+
+fn leaf_records(model: &FoliageModel, center: DVec3) -> (Vec<LeafRecord>, Vec<Event>) {
+    let timeline = Timeline::new(model);
+    let leaves = model.leaves.iter().zip(timeline.starts().windows(2)).map(|(leaf, events)| LeafRecord {
+        pivot: local(leaf.pivot, center),
+        material: leaf.material,
+        first_event: events[0],
+        end_event: events[1],
+    });
+    let events = timeline.events().iter().zip(timeline.scales()).map(|(&leaf, &scale)| Event { leaf, scale });
+    (leaves.collect(), events.collect())
+}
+
+fn crown_record(model: &FoliageModel, center: DVec3) -> CrownRecord {
+    let crown = Aabb::of_points(model.vertices.iter().map(|vertex| vertex.position));
+    CrownRecord {
+        center_local: (crown.center() - center).as_vec3().to_array(),
+        padding: 0.0,
+        inverse_half_size: inverse_half_size(&crown).to_array(),
+        end: 0.0,
+    }
+}
+
+/// Wood with a material at each vertex: a vertex shared by parts of several materials is repeated
+/// for each of them.
+fn wood(model: &FoliageModel, center: DVec3, stems: &Stems) -> (Vec<WoodVertex>, Vec<u32>) {
+    let mut copies = HashMap::new();
+    let (mut vertices, mut indices) = (Vec::new(), Vec::new());
+    for &(index, material) in &stems.corners {
+        let copy = *copies.entry((index, material)).or_insert_with(|| {
+            let Vertex { position, normal, uv, color } = model.wood.vertices[index as usize];
+            vertices.push(WoodVertex { position: local(position, center), normal, uv, color: rgb(color), material });
+            vertices.len() as u32 - 1
+        });
+        indices.push(copy);
+    }
+    (vertices, indices)
+}

@@ -1,0 +1,127 @@
+//! Output files: checked before the work starts, replaced atomically.
+//!
+//! Limits: a process that is killed outright while writing leaves its temporary file behind
+//! (`.foliage-lod-*.part`).
+
+use crate::{Error, Result};
+use std::{
+    fs,
+    io::{self, ErrorKind, Write},
+    path::{Path, PathBuf},
+};
+use tempfile::NamedTempFile;
+
+/// Creates the file at `path` with the content `bytes`, or replaces it atomically.
+///
+/// A reader never sees a partial file, and on failure the previous content is kept: the bytes are
+/// written to a temporary file in the same folder and synced to disk, then the file is renamed.
+///
+/// # Errors
+/// [`Error::Io`] when the folder does not exist or is not writable, when `path` is read-only or not
+/// a regular file, or when the disk is full.
+pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
+    let path = path.as_ref();
+    let failed = |source| Error::io(path, source);
+    let (mut file, target) = temporary_beside(path)?;
+    file.as_file_mut().write_all(bytes).map_err(failed)?;
+    file.as_file().sync_all().map_err(failed)?;
+    file.persist(target).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// Checks that [`write_whole`] can write to `path`, so that a long computation does not fail at the
+/// end. Leaves nothing behind.
+///
+/// # Errors
+/// [`Error::Io`] as for [`write_whole`].
+pub fn check_writable(path: impl AsRef<Path>) -> Result<()> {
+    temporary_beside(path.as_ref()).map(drop)
+}
+
+/// Checks that `output` is not one of `inputs` under any name, which would overwrite the input.
+///
+/// Files that the inputs refer to are not followed: the caller lists them in `inputs`.
+///
+/// # Errors
+/// [`Error::Io`] naming the output.
+pub fn check_apart(output: impl AsRef<Path>, inputs: impl IntoIterator<Item: AsRef<Path>>) -> Result<()> {
+    let output = output.as_ref();
+    let Ok(target) = fs::canonicalize(output) else { return Ok(()) };
+    if inputs.into_iter().any(|input| fs::canonicalize(input).is_ok_and(|input| input == target)) {
+        let why = "is also an input and would be overwritten; name another output file";
+        return Err(Error::io(output, io::Error::new(ErrorKind::InvalidInput, why)));
+    }
+    Ok(())
+}
+
+/// Creates a temporary file next to `path`, deleted when dropped. Also returns `path` with symbolic
+/// links resolved, if it exists.
+fn temporary_beside(path: &Path) -> Result<(NamedTempFile, PathBuf)> {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let refused = |kind, why: &str| Err(Error::io(path, io::Error::new(kind, why)));
+    if target.is_dir() || target.file_name().is_none() {
+        return refused(ErrorKind::IsADirectory, "is a folder; name a file inside it");
+    }
+    if target.exists() && !target.is_file() {
+        return refused(ErrorKind::InvalidInput, "is not a regular file; name one that can be replaced");
+    }
+    if fs::metadata(&target).is_ok_and(|target| target.permissions().readonly()) {
+        return refused(ErrorKind::PermissionDenied, "is read-only; make it writable or name another file");
+    }
+    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return refused(ErrorKind::NotFound, "its folder does not exist; create it first");
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".foliage-lod-").suffix(".part");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let file = builder.tempfile_in(folder).map_err(|error| {
+        let why = format!("cannot create a file in this folder ({}); choose another", error.kind());
+        Error::io(folder, io::Error::new(error.kind(), why))
+    })?;
+    Ok((file, target))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    #[test]
+    fn a_file_is_replaced_whole_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.vds");
+        for bytes in [&b"first"[..], b"second, longer"] {
+            write_whole(&path, bytes).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), bytes);
+        }
+        check_writable(&path).unwrap();
+        assert_eq!(names(folder.path()), ["a.vds"]);
+    }
+
+    #[test]
+    fn folders_and_missing_folders_are_refused_and_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        for path in [folder.path().to_path_buf(), folder.path().join("none/a.vds"), folder.path().join("..")] {
+            assert!(matches!(check_writable(&path), Err(Error::Io { .. })), "{}", path.display());
+            assert!(matches!(write_whole(&path, b"x"), Err(Error::Io { .. })), "{}", path.display());
+        }
+        assert!(names(folder.path()).is_empty());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_keeps_pointing_at_the_replaced_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, b"old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        write_whole(&link, b"new").unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    }
+}

@@ -1,0 +1,111 @@
+//! Bind group layouts.
+
+use super::buffers::buffer;
+use crate::{
+    draw::{
+        look::{Look, Variant},
+        records::bindings::*,
+    },
+    effects::Effects,
+};
+
+/// Creates the bind group layouts of a model, of a frame and, if an enabled effect has bindings, of
+/// the effects.
+pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::BindGroupLayout> {
+    let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
+    let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    };
+    let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
+    let model = [
+        (CROWN, fragment, uniform),
+        (MATERIALS, fragment, storage),
+        (TEXTURES, fragment, texture),
+        (SAMPLER, fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+        (LEAF_VERTICES, vertex, storage),
+        (LEAF_INDICES, vertex, storage),
+        (LEAVES, vertex, storage),
+        (EVENTS, vertex, storage),
+    ];
+    let frame = [(INSTANCES, vertex | fragment, storage), (SCALES, vertex, storage)];
+    let mut of_effects = Vec::new();
+    if effects.contrast.is_some() {
+        of_effects.push((TONES, fragment, storage));
+    }
+    if effects.wind.is_some() {
+        of_effects.push((SWAYS, vertex, storage));
+    }
+    let mut layouts = vec![layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)];
+    if effects.shadow.is_some() {
+        of_effects.push((LIGHTS, fragment, storage));
+        of_effects.extend(MAP_BINDINGS);
+    }
+    if !of_effects.is_empty() {
+        layouts.push(layout(device, "foliage effects", &of_effects));
+    }
+    layouts
+}
+
+const MAP_BINDINGS: [(u32, wgpu::ShaderStages, wgpu::BindingType); 2] = [
+    (
+        SHADOW_MAP,
+        wgpu::ShaderStages::FRAGMENT,
+        wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Depth,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+    ),
+    (SHADOW_SAMPLER, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
+];
+
+/// Creates a layout with only the bindings of the shadow map.
+pub(super) fn map_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    layout(device, "shadow map", &MAP_BINDINGS)
+}
+
+pub(super) fn buffer_binding(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+/// Creates a uniform buffer of `bytes` bytes with its own bind group, at binding 0.
+pub(super) fn uniform(
+    device: &wgpu::Device,
+    label: &str,
+    visibility: wgpu::ShaderStages,
+    bytes: usize,
+) -> (wgpu::BindGroupLayout, wgpu::Buffer, wgpu::BindGroup) {
+    let layout = layout(device, label, &[(0, visibility, buffer_binding(wgpu::BufferBindingType::Uniform))]);
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    let buffer = buffer(device, label, usage, bytes as u64);
+    let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout: &layout,
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
+    });
+    (layout, buffer, bindings)
+}
+
+pub(super) fn layout(
+    device: &wgpu::Device,
+    label: &str,
+    bindings: &[(u32, wgpu::ShaderStages, wgpu::BindingType)],
+) -> wgpu::BindGroupLayout {
+    let entry = |&(binding, visibility, ty)| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+    let entries: Vec<_> = bindings.iter().map(entry).collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+}
+
+/// Selects the layouts that the pipeline of a variant binds from `layouts`, the layouts of a
+/// renderer.
+pub(super) fn bound<'a>(
+    layouts: &'a [wgpu::BindGroupLayout],
+    look: &Look,
+    variant: Variant,
+) -> Vec<Option<&'a wgpu::BindGroupLayout>> {
+    let count = if variant.has_bindings() || look.effects.shadow.is_some() { layouts.len() } else { 2 };
+    layouts[..count].iter().map(Some).collect()
+}

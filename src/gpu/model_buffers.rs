@@ -1,0 +1,113 @@
+//! GPU buffers of a model: uploaded once, read by any number of instances at any active count.
+//!
+//! Positions are relative to the plant's centre (*local space*), so that the precision of `f32`
+//! does not depend on where a file places the plant. All textures of a model are layers of one
+//! array, scaled to one size.
+
+use super::{buffers::filled, texture_layers::Layers};
+use crate::{
+    Error, Result,
+    draw::{
+        records::{MaterialRecord, bindings::*},
+        stems::Stems,
+        upload::Upload,
+    },
+    model::FoliageModel,
+};
+
+/// Bind group of a model, which keeps its buffers and textures alive, and its wood.
+pub(super) struct ModelBuffers {
+    pub(super) bindings: wgpu::BindGroup,
+    pub(super) wood: Option<WoodBuffers>,
+}
+
+/// Vertex and index buffer of a model's wood.
+pub(super) struct WoodBuffers {
+    pub(super) vertices: wgpu::Buffer,
+    /// Indices of triangles, the thickest stems first.
+    pub(super) indices: wgpu::Buffer,
+}
+
+impl ModelBuffers {
+    /// Uploads `model`.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if the model exceeds the device's limits, [`Error::Unreadable`] for a
+    /// damaged texture.
+    pub(super) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        layout: &wgpu::BindGroupLayout,
+        sampler: &wgpu::Sampler,
+        model: &FoliageModel,
+        stems: &Stems,
+    ) -> Result<Self> {
+        let layers = Layers::new(device, model)?;
+        let materials: Vec<MaterialRecord> =
+            (0..).zip(&model.materials).map(|(i, material)| layers.material(i, material)).collect();
+        let records = Upload::with_stems(model, stems);
+        let fill = Fill { device };
+        let buffers = [
+            (CROWN, fill.buffer("crown", wgpu::BufferUsages::UNIFORM, &[records.crown])?),
+            (MATERIALS, fill.storage("materials", &materials)?),
+            (LEAF_VERTICES, fill.storage("leaf vertices", &records.leaf_vertices)?),
+            (LEAF_INDICES, fill.storage("leaf indices", &records.leaf_indices)?),
+            (LEAVES, fill.storage("leaves", &records.leaves)?),
+            (EVENTS, fill.storage("timeline events", &records.events)?),
+        ];
+        let textures = layers.upload(device, queue);
+        let mut entries: Vec<_> = buffers
+            .iter()
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let resources = [
+            (TEXTURES, wgpu::BindingResource::TextureView(&textures)),
+            (SAMPLER, wgpu::BindingResource::Sampler(sampler)),
+        ];
+        entries.extend(resources.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }));
+        let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("foliage model"),
+            layout,
+            entries: &entries,
+        });
+        Ok(Self { bindings, wood: wood(&fill, &records)? })
+    }
+}
+
+fn wood(fill: &Fill<'_>, records: &Upload) -> Result<Option<WoodBuffers>> {
+    if records.wood_indices.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(WoodBuffers {
+        vertices: fill.buffer("wood vertices", wgpu::BufferUsages::VERTEX, &records.wood_vertices)?,
+        indices: fill.buffer("wood indices", wgpu::BufferUsages::INDEX, &records.wood_indices)?,
+    }))
+}
+
+/// Creates filled buffers within the device's limits.
+struct Fill<'a> {
+    device: &'a wgpu::Device,
+}
+
+impl Fill<'_> {
+    fn storage<T: bytemuck::Pod>(&self, label: &str, contents: &[T]) -> Result<wgpu::Buffer> {
+        self.buffer(label, wgpu::BufferUsages::STORAGE, contents)
+    }
+
+    fn buffer<T: bytemuck::Pod>(&self, label: &str, usage: wgpu::BufferUsages, contents: &[T]) -> Result<wgpu::Buffer> {
+        let limits = self.device.limits();
+        let limit = match usage {
+            wgpu::BufferUsages::STORAGE => limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            _ => limits.max_buffer_size,
+        };
+        let value = size_of_val(contents) as u64;
+        if value > limit {
+            let fix = "use a plant with fewer or simpler leaves".into();
+            return Err(Error::TooLarge { what: format!("size in bytes of {label}"), value, limit, fix });
+        }
+        // A binding must not be empty.
+        let nothing = [T::zeroed()];
+        let contents = bytemuck::cast_slice(if contents.is_empty() { &nothing } else { contents });
+        Ok(filled(self.device, label, usage, contents))
+    }
+}

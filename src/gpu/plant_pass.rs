@@ -1,0 +1,80 @@
+//! Leaf pass and wood pass: pipelines that draw many plants of one model, each at its own active
+//! count.
+//!
+//! A plant's prefix is cut into runs of [`RUN_INDICES`](crate::draw::records::RUN_INDICES) indices;
+//! the draw call has one instance for each run of each plant. The vertex shader fetches the vertex
+//! by its index, and the leaf's drawn scale from the timeline (by binary search) or from the
+//! plant's own scales. Wood is an ordinary indexed mesh.
+
+use super::{
+    bindings::bound,
+    pipeline::{PassDescription, Target},
+};
+use crate::{
+    Depth,
+    draw::{
+        look::{Coloring, Look, Variant},
+        records::{Run, WoodVertex},
+        shaders,
+    },
+};
+
+/// Part of a plant that a pass draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Part {
+    /// Runs of leaves.
+    Leaves,
+    /// Trunk and branches.
+    Wood,
+}
+
+/// Instance attributes of a run: the index of the plant's record, and of the run within the plant.
+const RUN: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Uint32x2];
+/// Vertex attributes of the wood: position, normal, texture coordinates, colour and material.
+const WOOD: [wgpu::VertexAttribute; 5] =
+    wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 3 => Float32x3, 4 => Uint32];
+
+/// Compiles the pipeline that draws `part` into `target` for one variant.
+pub(super) fn pipeline(
+    device: &wgpu::Device,
+    layouts: &[wgpu::BindGroupLayout],
+    target: Target,
+    part: Part,
+    look: &Look,
+    variant: Variant,
+    depth: Depth,
+) -> wgpu::RenderPipeline {
+    let (name, wgsl, entry_points) = match (part, target) {
+        (Part::Leaves, Target::Picture(..)) => {
+            ("leaf_pass", shaders::leaf_pass(look, variant), ["leaf_corner", "leaf_color"])
+        }
+        (Part::Leaves, Target::Shadow) => {
+            ("leaf_pass", shaders::leaf_shadow(look, variant), ["leaf_corner", "cast_shadow"])
+        }
+        (Part::Leaves, Target::Motion(..)) => {
+            ("leaf_pass", shaders::leaf_motion(look, variant), ["leaf_motion", "motion"])
+        }
+        (Part::Wood, Target::Picture(..)) => {
+            ("wood_pass", shaders::wood_pass(look, variant), ["wood_corner", "wood_color"])
+        }
+        (Part::Wood, Target::Shadow) => {
+            ("wood_pass", shaders::wood_shadow(look, variant), ["wood_corner", "cast_shadow"])
+        }
+        (Part::Wood, Target::Motion(..)) => {
+            ("wood_pass", shaders::wood_motion(look, variant), ["wood_motion", "motion"])
+        }
+    };
+    let (stride, step_mode, attributes) = match part {
+        Part::Leaves => (size_of::<Run>(), wgpu::VertexStepMode::Instance, &RUN[..]),
+        Part::Wood => (size_of::<WoodVertex>(), wgpu::VertexStepMode::Vertex, &WOOD[..]),
+    };
+    PassDescription {
+        name,
+        wgsl,
+        entry_points,
+        layouts: bound(layouts, look, variant),
+        vertex_buffers: &[Some(wgpu::VertexBufferLayout { array_stride: stride as u64, step_mode, attributes })],
+        surface: Some((if part == Part::Leaves { look.coloring } else { Coloring::Picture }, depth)),
+    }
+    .pipeline(device, target)
+}

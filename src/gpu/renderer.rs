@@ -1,0 +1,411 @@
+//! Draws any number of instances of a few models into the caller's render pass.
+//!
+//! ```text
+//! new(device, target, look)    add_model(model)   once
+//! prepare(frame, instances)    each frame: uploads 144 bytes per instance, 8 bytes per leaf run
+//! render_before(encoder)       each frame with shadows: the shadow map
+//! render(pass)                 each frame: a few draw calls per model
+//! render_motion(pass)          each frame with motion vectors: as many draw calls again
+//! ```
+//!
+//! Every instance has its own active count, with a fraction, and no state: the vertex shader reads
+//! the drawn scales from the model's timeline. A plant that keeps its drawn scales itself
+//! ([`Swap`]) can upload them instead ([`FoliageRenderer::add_scales`]).
+//!
+//! A pipeline is compiled when a frame first needs its combination of effects. Effect buffers exist
+//! only for the effects that the [`Look`] enables. [`Prepared::effects`] counts how often each
+//! effect was simulated.
+//!
+//! Limits: plants are not sorted by depth; blended materials are drawn as masked; lighting is
+//! slightly wrong under non-uniform scaling.
+
+use super::{
+    bindings::{layouts, map_layout},
+    buffers::{buffer, grow},
+    effect_buffers::EffectBuffers,
+    landscape_motion::LandscapeMotion,
+    landscape_pass::LandscapePass,
+    layer::{Buffers, Layer},
+    model_buffers::ModelBuffers,
+    pipeline::{Target, TargetFormat},
+    plant_pass::Part,
+    shadow_pass::ShadowPass,
+};
+use crate::{
+    Error, Result,
+    draw::{
+        eye::Eye,
+        facts::{Facts, ModelFacts},
+        instance::{Frame, Instance, ModelId, Prepared, ScalesId},
+        look::{Coloring, Look, Variant},
+        records::bindings,
+        stems::Stems,
+    },
+    effects::Effects,
+    error::check_range,
+    extract::Swap,
+    model::FoliageModel,
+    software::mean_leaf_color,
+};
+use glam::DMat4;
+use range_alloc::RangeAllocator;
+use std::ops::Range;
+
+/// Storage buffers per shader stage that the device must allow.
+const STORAGE_BUFFERS: u32 = 8;
+
+/// Draws instances of foliage models with wgpu, into the caller's render passes.
+///
+/// One renderer draws into one kind of target with one [`Look`], on the device that it was created
+/// with.
+pub struct FoliageRenderer {
+    picture: Layer,
+    shadow: Option<ShadowPass>,
+    landscape: Option<LandscapePass>,
+    motion: Option<Layer>,
+    landscape_motion: Option<LandscapeMotion>,
+    model_layout: wgpu::BindGroupLayout,
+    sampler: wgpu::Sampler,
+    facts: Facts,
+    models: Buffers,
+    scales: wgpu::Buffer,
+    /// Free and used ranges of `scales`, in leaves (4 bytes each).
+    ranges: RangeAllocator<u32>,
+}
+
+/// Pipelines and buffers that a renderer has created.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Diagnostics {
+    /// Number of loaded models.
+    pub models: usize,
+    /// Variants of the leaf pass that have pipelines.
+    pub leaf_variants: Vec<Variant>,
+    /// Variants of the wood pass that have pipelines.
+    pub wood_variants: Vec<Variant>,
+    /// Names of the passes other than leaves and wood.
+    pub passes: Vec<&'static str>,
+    /// Labels of the effect buffers and textures.
+    pub effect_buffers: Vec<&'static str>,
+    /// Total size in bytes of the effect buffers and textures.
+    pub effect_bytes: u64,
+    /// Number of drawn scales that plants keep, and the capacity of their buffer in scales.
+    pub scales: [u32; 2],
+}
+
+impl FoliageRenderer {
+    /// Creates a renderer for one kind of target. A look with a sky or a ground covers the whole
+    /// target; without them, draw your own backdrop first.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] if the device allows fewer than 8 storage buffers per shader stage (as WebGL2
+    /// does) or fewer than 3 bind groups; [`Error::InvalidOption`] if `target.samples` is not 1 to
+    /// 16, `look` has a value outside its range or the shadow map is larger than the device's
+    /// largest texture.
+    pub fn new(device: &wgpu::Device, target: TargetFormat, look: Look) -> Result<Self> {
+        check_device(device, target)?;
+        look.check()?;
+        let layouts = layouts(device, &look.effects);
+        let widest = device.limits().max_texture_dimension_2d;
+        if let Some(shadow) = look.effects.shadow {
+            check_range("effects.shadow.resolution", shadow.resolution, 0..=widest)?;
+        }
+        let shadow = look.effects.shadow.map(|effect| ShadowPass::new(device, &look, effect, &layouts));
+        let map = shadow.as_ref().map(ShadowPass::map);
+        let map_layout = map.map(|_| map_layout(device));
+        let scales = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+        Ok(Self {
+            landscape: look.landscape().map(|_| LandscapePass::new(device, target, &look, map_layout.as_ref())),
+            model_layout: layouts[0].clone(),
+            picture: Layer::new(device, Target::Picture(target), look, layouts, map),
+            shadow,
+            motion: None,
+            landscape_motion: None,
+            sampler: sampler(device),
+            facts: Facts::default(),
+            models: Buffers::default(),
+            scales: buffer(device, "foliage scales", scales, size_of::<f32>() as u64),
+            ranges: RangeAllocator::new(0..0),
+        })
+    }
+
+    /// Enables motion vectors ([`render_motion`](Self::render_motion)) into targets of this kind: a
+    /// two-channel colour format (`Rg16Float`, `Rg32Float`) and one sample per pixel.
+    pub fn with_motion(mut self, device: &wgpu::Device, target: TargetFormat) -> Self {
+        let Look { effects, thinnest_px, .. } = self.picture.look;
+        let effects = Effects { wind: effects.wind, fade: effects.fade, ..Effects::default() };
+        let look = Look { effects, thinnest_px, ..Look::default() };
+        self.landscape_motion =
+            self.picture.look.landscape().map(|landscape| LandscapeMotion::new(device, target, &landscape));
+        self.motion = Some(Layer::new(device, Target::Motion(target), look, layouts(device, &effects), None));
+        self
+    }
+
+    /// Changes the colouring of leaves. The next [`prepare`](Self::prepare) recompiles the leaf
+    /// pipelines.
+    pub fn set_coloring(&mut self, coloring: Coloring) {
+        self.picture.look.coloring = coloring;
+        self.picture.forget_leaves();
+    }
+
+    /// Appearance of the plants.
+    pub fn look(&self) -> &Look {
+        &self.picture.look
+    }
+
+    /// Value to which the depth buffer must be cleared for the prepared frame; 0 before the first
+    /// one.
+    pub fn depth_clear_value(&self) -> f32 {
+        self.picture.depth.clear_value()
+    }
+
+    /// Lists the pipelines and buffers created so far.
+    pub fn diagnostics(&self) -> Diagnostics {
+        let shadow = self.shadow.iter().map(|_| "shadow map");
+        let motion = self.motion.iter().map(|_| "motion vectors");
+        let effects = self.picture.effects.as_ref();
+        let bounds = self.ranges.initial_range();
+        Diagnostics {
+            models: self.models.len(),
+            leaf_variants: self.picture.compiled(Part::Leaves),
+            wood_variants: self.picture.compiled(Part::Wood),
+            passes: shadow.chain(self.landscape.iter().map(|_| "landscape")).chain(motion).collect(),
+            effect_buffers: effects.map_or_else(Vec::new, EffectBuffers::labels),
+            effect_bytes: effects.map_or(0, EffectBuffers::bytes),
+            scales: [self.ranges.allocated_ranges().map(|range| range.len() as u32).sum(), bounds.len() as u32],
+        }
+    }
+
+    /// Uploads a model.
+    ///
+    /// # Errors
+    /// [`Error::InvalidModel`] if the model violates an invariant, [`Error::TooLarge`] if it
+    /// exceeds the device's limits, [`Error::Unreadable`] for a damaged texture.
+    pub fn add_model(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, model: &FoliageModel) -> Result<ModelId> {
+        model.validate()?;
+        let look = self.look();
+        let mean = match look.effects.contrast {
+            Some(_) => mean_leaf_color(model, &look.lighting())?,
+            None => [0.0; 3],
+        };
+        let stems = Stems::new(model);
+        let buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &stems)?;
+        let id = self.facts.insert(ModelFacts::new(model, &stems, mean));
+        self.models.insert(id, buffers);
+        Ok(id)
+    }
+
+    /// Removes a model; its buffers and textures are freed once the GPU has drawn the submitted
+    /// frames. Instances of it are skipped from now on. Returns false if this renderer does not
+    /// have the model.
+    pub fn remove_model(&mut self, id: ModelId) -> bool {
+        self.models.remove(id);
+        self.facts.remove(id).is_some()
+    }
+
+    /// Allocates a range for the drawn scales of one plant and uploads them.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if the scales of all plants together exceed the device's storage buffer
+    /// limit.
+    pub fn add_scales(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, swap: &Swap) -> Result<ScalesId> {
+        let leaves = swap.leaves().max(1);
+        let range = match self.ranges.allocate_range(leaves) {
+            Ok(range) => range,
+            Err(_) => {
+                self.grow_scales(device, queue, leaves)?;
+                let what = "number of drawn scales".to_owned();
+                self.ranges
+                    .allocate_range(leaves)
+                    .map_err(|_| scales_too_large(what, leaves.into(), u32::MAX.into()))?
+            }
+        };
+        let id = ScalesId { first: range.start, leaves: swap.leaves() };
+        self.upload_scales(queue, id, swap, std::slice::from_ref(&(0..id.leaves)));
+        Ok(id)
+    }
+
+    /// Grows the buffer by at least `more` scales. Existing scales are copied.
+    fn grow_scales(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, more: u32) -> Result<()> {
+        let room = self.ranges.initial_range().end;
+        let bytes = 4 * (u64::from(room) + u64::from(more));
+        let limit = device.limits().max_storage_buffer_binding_size.min(device.limits().max_buffer_size);
+        if bytes > limit {
+            return Err(scales_too_large("size in bytes of drawn scales".into(), bytes, limit));
+        }
+        let old = self.scales.clone();
+        if grow(device, &mut self.scales, bytes) {
+            let mut encoder = device.create_command_encoder(&Default::default());
+            encoder.copy_buffer_to_buffer(&old, 0, &self.scales, 0, 4 * u64::from(room));
+            queue.submit([encoder.finish()]);
+            self.picture.forget_bindings();
+            self.motion.iter_mut().for_each(Layer::forget_bindings);
+            self.shadow.iter_mut().for_each(ShadowPass::forget_bindings);
+        }
+        self.ranges.grow_to((self.scales.size() / 4).min(u64::from(u32::MAX)) as u32);
+        Ok(())
+    }
+
+    /// Frees the range of a plant's drawn scales for reuse by other plants. Do not draw with `id`
+    /// afterwards.
+    pub fn remove_scales(&mut self, id: ScalesId) {
+        let range = id.first..id.first + id.leaves.max(1);
+        if self.ranges.allocated_ranges().any(|used| used.start <= range.start && range.end <= used.end) {
+            self.ranges.free_range(range);
+        }
+    }
+
+    /// Uploads the scales of the leaf ranges in `changed`, as returned by [`Swap::set_active`].
+    pub fn upload_scales(&self, queue: &wgpu::Queue, id: ScalesId, swap: &Swap, changed: &[Range<u32>]) {
+        for range in changed {
+            if let Some(scales) = swap.scales().get(range.start as usize..range.end.min(id.leaves) as usize) {
+                let offset = 4 * u64::from(id.first + range.start);
+                queue.write_buffer(&self.scales, offset, bytemuck::cast_slice(scales));
+            }
+        }
+    }
+
+    /// Builds the draw lists and uploads the instances that the next [`render`](Self::render)
+    /// draws; the same instances cast shadows. Allocates no memory once the lists have grown. A
+    /// [`Camera`](crate::Camera) alone is a frame at time 0.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if the plants exceed the device's buffer limits;
+    /// [`Error::InvalidOption`] if the camera's depth convention differs from that of its matrix,
+    /// or if the camera is orthographic and the look has a sky or a ground. After an error,
+    /// [`render`](Self::render) draws no plants.
+    pub fn prepare(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: impl Into<Frame>,
+        instances: &[Instance],
+    ) -> Result<Prepared> {
+        self.prepare_with_casters(device, queue, frame, instances, instances)
+    }
+
+    /// Same as [`prepare`](Self::prepare), but `casters` cast the shadows: all plants of the scene,
+    /// including plants outside the view frustum.
+    ///
+    /// # Errors
+    /// Same as [`prepare`](Self::prepare).
+    pub fn prepare_with_casters(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: impl Into<Frame>,
+        instances: &[Instance],
+        casters: &[Instance],
+    ) -> Result<Prepared> {
+        let listed = self.list(device, queue, &frame.into(), instances, casters);
+        if listed.is_err() {
+            self.picture.clear();
+            self.motion.iter_mut().for_each(Layer::clear);
+            self.shadow.iter_mut().for_each(ShadowPass::clear);
+        }
+        listed
+    }
+
+    fn list(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: &Frame,
+        instances: &[Instance],
+        casters: &[Instance],
+    ) -> Result<Prepared> {
+        frame.camera.check()?;
+        let mut eye = Eye::new(frame);
+        let mut shadow = None;
+        if let Some(pass) = &mut self.shadow {
+            let (light_from_world, count) = pass.prepare(device, queue, &self.facts, frame, casters, &self.scales)?;
+            eye.light_from_world = Some(light_from_world);
+            shadow = Some(count);
+        }
+        if let (Some(pass), Some(landscape)) = (&self.landscape, self.picture.look.landscape()) {
+            let to_eye = DMat4::from_translation(frame.camera.eye);
+            let light_from_eye = eye.light_from_world.map_or(DMat4::IDENTITY, |light| light * to_eye);
+            pass.upload(queue, &landscape, frame, light_from_eye.as_mat4())?;
+        }
+        if let (Some(pass), Some(landscape)) = (&self.landscape_motion, self.picture.look.landscape()) {
+            pass.upload(queue, &landscape, frame)?;
+        }
+        if let Some(layer) = &mut self.motion {
+            layer.prepare(device, queue, &self.facts, &Eye::of_motion(frame), instances, &self.scales)?;
+        }
+        let mut prepared = self.picture.prepare(device, queue, &self.facts, &eye, instances, &self.scales)?;
+        prepared.effects.shadow = shadow;
+        Ok(prepared)
+    }
+
+    /// Draws the shadow map, if the look has shadows. Call it before beginning the render pass of
+    /// [`render`](Self::render).
+    pub fn render_before(&self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(shadow) = &self.shadow {
+            shadow.render(encoder, &self.models);
+        }
+    }
+
+    /// Draws the prepared frame. The pass must have the formats and sample count of the renderer's
+    /// target.
+    pub fn render(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(landscape) = &self.landscape {
+            if let Some(effects) = self.picture.effects.as_ref().filter(|_| self.shadow.is_some()) {
+                pass.set_bind_group(bindings::EFFECTS, effects.map_bindings(), &[]);
+            }
+            landscape.render(pass);
+        }
+        self.picture.render(pass, &self.models);
+    }
+
+    /// Draws motion vectors of the prepared frame, if [`with_motion`](Self::with_motion) has
+    /// enabled them. A vector is the displacement of the visible point since the previous frame, to
+    /// the right and down, as a fraction of the picture's width and height. The jitter of
+    /// [`Frame::jitter_px`] is excluded. Clear the colour to 0, and the depth as for the picture.
+    /// The growth of a leaf is not counted as motion. Sky and ground are included if the renderer
+    /// draws them.
+    pub fn render_motion(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(landscape) = &self.landscape_motion {
+            landscape.render(pass);
+        }
+        if let Some(layer) = &self.motion {
+            layer.render(pass, &self.models);
+        }
+    }
+}
+
+/// Creates an [`Error::TooLarge`] about drawn scales.
+fn scales_too_large(what: String, value: u64, limit: u64) -> Error {
+    Error::TooLarge { what, value, limit, fix: "draw some plants with scales from the timeline".into() }
+}
+
+fn check_device(device: &wgpu::Device, target: TargetFormat) -> Result<()> {
+    let limits = device.limits();
+    let needs = [
+        ("storage buffers per shader stage", limits.max_storage_buffers_per_shader_stage, STORAGE_BUFFERS),
+        ("bind groups", limits.max_bind_groups, bindings::EFFECTS + 1),
+    ];
+    for (what, has, needed) in needs {
+        if has < needed {
+            let name = device.adapter_info().name;
+            return Err(Error::gpu(format!("the device on {name:?} has {has} {what}; plants need {needed}")));
+        }
+    }
+    if target.samples == 0 || target.samples > 16 {
+        return Err(Error::invalid("target.samples", target.samples, "1 to 16"));
+    }
+    Ok(())
+}
+
+fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
+    let repeat = wgpu::AddressMode::Repeat;
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("foliage"),
+        address_mode_u: repeat,
+        address_mode_v: repeat,
+        address_mode_w: repeat,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..Default::default()
+    })
+}

@@ -1,0 +1,14 @@
+//! Internal modules, exposed for the tests of this crate. Not part of the public interface:
+//! anything here may change or be removed in any release.
+
+/// Appearance of leaves in the views.
+#[cfg(feature = "simplify")]
+pub mod appearance {
+    pub use crate::simplify::appearance::*;
+}
+
+/// Fragment capture.
+#[cfg(all(feature = "render", feature = "simplify"))]
+pub mod capture {
+    pub use crate::gpu::capture::*;
+}

@@ -1,0 +1,15 @@
+//! Quality measures: differences between pictures with fewer leaves and pictures of the full plant.
+//!
+//! A [`Reference`] holds the full plant's pictures from views that no simplification uses;
+//! [`Target`] finds the fewest leaves that keep a bound, such as a structural similarity of 0.9 at
+//! 200 pixels.
+
+mod held_out;
+mod metrics;
+mod reference;
+mod target;
+
+pub use held_out::{FOV_Y, cameras};
+pub use metrics::{Comparison, Quality, largest_change};
+pub use reference::{Reference, measured, pictures};
+pub use target::{Measure, Reached, Target};

@@ -1,0 +1,16 @@
+//! Everything that stays constant while leaves are pruned.
+
+use super::{appearance::Appearance, fragments::AlphaMask, shapes::Shapes, views::ViewSet};
+
+/// Read-only input of the pruning steps.
+#[derive(Clone, Copy)]
+pub struct Scene<'a> {
+    /// Triangles of the plant.
+    pub shapes: &'a Shapes,
+    /// The cameras.
+    pub views: &'a ViewSet,
+    /// Alpha masks of the materials.
+    pub masks: &'a [AlphaMask],
+    /// Looks for judging growths; required if the compensation rule judges growths.
+    pub appearance: Option<&'a Appearance>,
+}

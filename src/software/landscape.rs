@@ -1,0 +1,79 @@
+//! Colour of the sky and the ground along a ray: twin of `landscape_pass.wgsl`, without shadows.
+
+use crate::{
+    crown::smoothstep,
+    draw::{
+        landscape::{FLOOR_FROM, Landscape, Rays, ZENITH_FROM},
+        light::{FLOOR, HORIZON, ZENITH},
+    },
+};
+use glam::Vec3;
+
+/// Ray through the picture at (x, y): x to the right and y up, each from -1 to 1.
+pub(super) fn ray_through(rays: &Rays, x: f32, y: f32) -> Vec3 {
+    rays.forward + rays.right * x + rays.up * y
+}
+
+/// Linear colour along `ray` for an eye at world height `eye_height`.
+pub(super) fn color(landscape: &Landscape, eye_height: f64, ray: Vec3) -> Vec3 {
+    let ray = ray.normalize_or(Vec3::Y);
+    let Some((ground, over)) = landscape.ground.map(|ground| (ground, (eye_height - ground.height) as f32)) else {
+        return sky(landscape, ray);
+    };
+    if ray.y >= 0.0 || over <= 0.0 {
+        return sky(landscape, ray);
+    }
+    let away = over / -ray.y;
+    let lighting = &landscape.lighting;
+    let cosine = lighting.towards_sun.normalize_or_zero().y.max(0.0);
+    let lit = lighting.sun * cosine + lighting.sky;
+    let haze = 1.0 - (-away / ground.haze as f32).exp();
+    (Vec3::from(ground.color) * lit).lerp(sky(landscape, Vec3::new(ray.x, 0.0, ray.z)), haze)
+}
+
+fn sky(landscape: &Landscape, ray: Vec3) -> Vec3 {
+    match landscape.daylight {
+        Some(daylight) => daylight.shown(ray),
+        None if ray.y < 0.0 => HORIZON.lerp(FLOOR, smoothstep(0.0, FLOOR_FROM, -ray.y)),
+        None => HORIZON.lerp(ZENITH, smoothstep(0.0, ZENITH_FROM, ray.y)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        LookAt,
+        draw::{Ground, Lighting},
+        effects::Sky,
+    };
+    use glam::DVec3;
+
+    #[test]
+    fn rays_go_where_the_camera_looks_and_the_ground_fades_into_the_horizon() {
+        let camera = LookAt {
+            eye: DVec3::new(3.0, 2.0, 1.0),
+            target: DVec3::new(3.0, 2.0, -9.0),
+            up: DVec3::Y,
+            fov_y_radians: std::f64::consts::FRAC_PI_2,
+            aspect: 2.0,
+            near: 0.1,
+        };
+        let rays = Rays::new(&camera.camera(100)).unwrap();
+        assert!((ray_through(&rays, 0.0, 0.0) - Vec3::NEG_Z).length() < 1e-6);
+        assert!((ray_through(&rays, 1.0, 1.0) - Vec3::new(2.0, 1.0, -1.0)).length() < 1e-6);
+        let lighting = Lighting::default();
+        for daylight in [None, Some(Sky::default().under(lighting.towards_sun))] {
+            let ground = Some(Ground { color: [0.2, 0.3, 0.1], height: 0.0, haze: 50.0 });
+            let landscape = Landscape { daylight, ground, lighting };
+            let color = |y: f32| super::color(&landscape, 2.0, Vec3::new(0.0, y, -1.0));
+            assert!((color(-1e-5) - color(1e-5)).length() < 0.02, "{} {}", color(-1e-5), color(1e-5));
+            let below = color(-10.0);
+            assert!(below.y > below.x && below.x > below.z, "the ground's own colour: {below}");
+            assert_eq!(
+                super::color(&landscape, -1.0, Vec3::NEG_Y),
+                super::color(&Landscape { ground: None, ..landscape }, -1.0, Vec3::NEG_Y)
+            );
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! Draw lists of the software renderer: parts of leaves and wood, and their placement.
+
+use super::{light::Light, samples::SAMPLES};
+use crate::{
+    Plant,
+    bounds::Aabb,
+    draw::{light::Lighting, records::Tone},
+    effects::{FadeBy, wind::Sway},
+    leaf::Vertex,
+    model::{FoliageModel, Leaf, Timeline, Transition},
+    plant::{Wood, WoodPart},
+};
+use glam::{DAffine3, DVec3};
+
+/// Triangles of one material, scaled about a pivot.
+#[derive(Debug, Clone, Copy)]
+pub struct Part<'a> {
+    /// Vertices that `indices` refer to.
+    pub vertices: &'a [Vertex],
+    /// Three indices per triangle.
+    pub indices: &'a [u32],
+    /// Index of the material.
+    pub material: u32,
+    /// Fixed point of the scaling.
+    pub pivot: [f32; 3],
+    /// Linear scale; 1 leaves the part unchanged.
+    pub scale: f32,
+    /// Index of the leaf, which is lit on both sides and transmits light; `None` for wood.
+    pub leaf: Option<u32>,
+    /// Fraction of a pixel's samples that the part may cover: below 1 only for a leaf that fades by
+    /// alpha.
+    pub share: f32,
+}
+
+impl Part<'_> {
+    /// Mask of the samples that the part may cover, one bit per sample. The first one depends on
+    /// the leaf, so that fading leaves in front of each other cover different samples and add up.
+    pub(super) fn samples(&self) -> u32 {
+        let all = SAMPLES as u32;
+        let count = (self.share.clamp(0.0, 1.0) * all as f32 + 0.5) as u32;
+        let first = self.leaf.unwrap_or(0) % all;
+        let run = (1_u32 << count) - 1;
+        (run << first | run >> (all - first)) & ((1 << all) - 1)
+    }
+}
+
+/// Leaves of a model to draw, and how they fade.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drawn {
+    /// Active count, and the leaves in transition.
+    pub transition: Transition,
+    /// Property of the leaves in transition that changes.
+    pub by: FadeBy,
+    /// Factor applied to every leaf's drawn scale.
+    pub leaf_scale: f32,
+}
+
+/// Parts of one plant to draw, in the plant's space.
+#[derive(Debug, Clone)]
+pub struct DrawList<'a> {
+    /// Leaves and wood, in any order.
+    pub parts: Vec<Part<'a>>,
+    /// Bounding box of all leaves of the plant, drawn or not; light fades towards its centre.
+    pub crown: Aabb,
+}
+
+impl<'a> DrawList<'a> {
+    /// A plant's wood and all of its leaves.
+    pub fn of_plant(plant: &'a Plant) -> Self {
+        let mut list = Self::of_wood(&plant.wood, &plant.vertices);
+        list.parts.extend((0..).zip(&plant.leaves).map(|(number, leaf)| Part {
+            vertices: &plant.vertices,
+            indices: &plant.indices[leaf.index_range()],
+            material: leaf.material,
+            pivot: leaf.pivot,
+            scale: 1.0,
+            leaf: Some(number),
+            share: 1.0,
+        }));
+        list
+    }
+
+    /// A model's wood and its first `active_count` leaves, each at its drawn scale for that count.
+    pub fn of_model(model: &'a FoliageModel, active_count: usize) -> Self {
+        Self::of_scaled(model, drawn_scales(model, active_count))
+    }
+
+    /// Same as [`of_model`](Self::of_model) for a fractional active count: the leaves in transition
+    /// change in size. `timeline` must be built from `model`.
+    pub fn between(model: &'a FoliageModel, timeline: &Timeline, transition: &Transition) -> Self {
+        Self::of_drawn(model, timeline, &Drawn { transition: *transition, by: FadeBy::Size, leaf_scale: 1.0 })
+    }
+
+    /// A model's wood and the leaves that `drawn` selects. `timeline` must be built from `model`.
+    pub fn of_drawn(model: &'a FoliageModel, timeline: &Timeline, drawn: &Drawn) -> Self {
+        let mut list = Self::of_wood(&model.wood, &model.vertices);
+        let leaves = drawn.transition.drawn().min(timeline.leaves());
+        list.parts.extend((0..leaves).zip(&model.leaves).map(|(number, leaf)| {
+            let (scale, share) = match drawn.by {
+                FadeBy::Size => (timeline.scale_at(number, &drawn.transition), 1.0),
+                FadeBy::Alpha => (timeline.full_scale_at(number, &drawn.transition), drawn.transition.presence(number)),
+            };
+            Part { share, ..part_of_leaf(model, number, leaf, scale * drawn.leaf_scale) }
+        }));
+        list
+    }
+
+    fn of_scaled(model: &'a FoliageModel, scales: impl IntoIterator<Item = f32>) -> Self {
+        let mut list = Self::of_wood(&model.wood, &model.vertices);
+        let leaves = (0..).zip(&model.leaves).zip(scales);
+        list.parts.extend(leaves.map(|((number, leaf), scale)| part_of_leaf(model, number, leaf, scale)));
+        list
+    }
+
+    fn of_wood(wood: &'a Wood, leaf_vertices: &[Vertex]) -> Self {
+        let part = |part: &WoodPart| Part {
+            vertices: &wood.vertices,
+            indices: wood.indices.get(part.indices[0] as usize..part.indices[1] as usize).unwrap_or_default(),
+            material: part.material,
+            pivot: [0.0; 3],
+            scale: 1.0,
+            leaf: None,
+            share: 1.0,
+        };
+        let crown = Aabb::of_points(leaf_vertices.iter().map(|vertex| vertex.position));
+        Self { parts: wood.parts.iter().map(part).collect(), crown }
+    }
+}
+
+fn part_of_leaf<'a>(model: &'a FoliageModel, number: u32, leaf: &Leaf, scale: f32) -> Part<'a> {
+    Part {
+        vertices: &model.vertices,
+        indices: model.indices.get(leaf.indices[0] as usize..leaf.indices[1] as usize).unwrap_or_default(),
+        material: leaf.material,
+        pivot: leaf.pivot,
+        scale,
+        leaf: Some(number),
+        share: 1.0,
+    }
+}
+
+/// Drawn scales of the first `active_count` leaves, found by pruning the whole model down to that
+/// count.
+fn drawn_scales(model: &FoliageModel, active_count: usize) -> Vec<f32> {
+    let mut drawn = vec![1.0; model.leaves.len()];
+    for pruned in model.leaves.iter().skip(active_count).rev() {
+        if let Some(target) = drawn.get_mut(pruned.leaf_to_collapse as usize) {
+            *target = pruned.scale;
+        }
+    }
+    drawn.truncate(active_count);
+    drawn
+}
+
+/// A draw list placed in the world.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed<'a> {
+    /// The draw list.
+    pub list: &'a DrawList<'a>,
+    /// Transform to world space. Lighting is slightly inaccurate under non-uniform scaling.
+    pub world_from_plant: DAffine3,
+    /// Tone of its leaves; `None` for the tone of the picture.
+    pub tone: Option<Tone>,
+    /// Wind motion in the plant's space; `None` without wind.
+    pub sway: Option<Sway>,
+}
+
+impl<'a> Placed<'a> {
+    /// Places a list, with the tone of the picture and without wind.
+    pub fn new(list: &'a DrawList<'a>, world_from_plant: DAffine3) -> Self {
+        Self { list, world_from_plant, tone: None, sway: None }
+    }
+
+    pub(super) fn is_sound(&self) -> bool {
+        self.world_from_plant.is_finite() && self.world_from_plant.inverse().is_finite()
+    }
+
+    pub(super) fn light(&self, eye: DVec3, lighting: &Lighting) -> Light {
+        let plant_from_world = self.world_from_plant.inverse();
+        Light::new(&self.list.crown, plant_from_world.transform_point3(eye), lighting).turned(&plant_from_world)
+    }
+}

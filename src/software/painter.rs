@@ -1,0 +1,315 @@
+//! Draws lists of parts, all with one set of materials, into a picture.
+
+use super::{
+    image::{Image, MAX_IMAGE_SIDE},
+    landscape::{self, ray_through},
+    light,
+    list::{DrawList, Placed},
+    project::{Projected, project},
+    tile::{Scene, TILE_PX, Tile},
+};
+use crate::{
+    Camera, Error, LookAt, Plant, Result,
+    bounds::Sphere,
+    draw::{
+        landscape::{Landscape, Rays},
+        light::Lighting,
+        mips::{Mips, SrgbTable, srgb_from_linear},
+        records::Tone,
+    },
+    edge::SUBPIXEL,
+    material::{Material, Texture},
+    model::FoliageModel,
+    srgb::linear_bytes,
+};
+use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// Background behind the plants.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[expect(clippy::large_enum_variant, reason = "there is one per picture")]
+pub enum Background {
+    /// A soft gradient from ground to sky.
+    #[default]
+    Sky,
+    /// One sRGB colour.
+    Color([u8; 3]),
+    /// Sky and ground along each pixel's ray.
+    Landscape(Landscape),
+    /// No background: alpha is the covered fraction of each pixel.
+    Transparent,
+}
+
+/// Drawing options of a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrawOptions {
+    /// Background behind the plants.
+    pub background: Background,
+    /// Whether the trunk and branches are drawn.
+    pub wood: bool,
+    /// Reduces the contrast of the leaves' shaded colours; `None` keeps it.
+    pub tone: Option<Tone>,
+    /// Sun and sky.
+    pub lighting: Lighting,
+}
+
+impl Default for DrawOptions {
+    fn default() -> Self {
+        Self { background: Background::Sky, wood: true, tone: None, lighting: Lighting::default() }
+    }
+}
+
+/// Draws parts of plants; keeps the decoded textures of their materials between pictures.
+pub struct Painter<'a> {
+    materials: Cow<'a, [Material]>,
+    /// Parallel to `materials`; `None` for a material without a texture.
+    mips: Vec<Option<Mips>>,
+    srgb: SrgbTable,
+}
+
+impl<'a> Painter<'a> {
+    /// Decodes the textures of the materials.
+    ///
+    /// # Errors
+    /// Same as [`Texture::decode`], for a damaged texture.
+    pub fn new(materials: &'a [Material], textures: &[Texture]) -> Result<Self> {
+        let srgb = SrgbTable::new();
+        Ok(Self { materials: Cow::Borrowed(materials), mips: decoded(materials, textures, &srgb)?, srgb })
+    }
+
+    /// Adds materials, and returns the index of the first one.
+    pub(super) fn add(&mut self, materials: &[Material], textures: &[Texture]) -> Result<u32> {
+        let first = self.materials.len() as u32;
+        self.mips.extend(decoded(materials, textures, &self.srgb)?);
+        self.materials.to_mut().extend_from_slice(materials);
+        Ok(first)
+    }
+
+    /// Draws `list` as seen by `camera`. `size` is the width and height in pixels; their ratio
+    /// should be the camera's aspect ratio.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] if a side of `size` is 0 or above [`MAX_IMAGE_SIDE`], if
+    /// [`Camera::check`] fails, or for an orthographic camera with [`Background::Landscape`].
+    pub fn draw(&self, list: &DrawList<'_>, camera: &Camera, size: [u32; 2], options: &DrawOptions) -> Result<Image> {
+        self.draw_placed(&[Placed::new(list, DAffine3::IDENTITY)], camera, size, options)
+    }
+
+    /// Draws several plants, all with this painter's materials. A plant whose transform is not
+    /// finite or not invertible is skipped. Takes about 300 bytes of memory for each triangle in
+    /// front of the camera.
+    ///
+    /// # Errors
+    /// Same as [`draw`](Self::draw).
+    pub fn draw_placed(
+        &self,
+        plants: &[Placed<'_>],
+        camera: &Camera,
+        size: [u32; 2],
+        options: &DrawOptions,
+    ) -> Result<Image> {
+        check_size(size)?;
+        camera.check()?;
+        let plants: Vec<_> = plants.iter().filter(|plant| plant.is_sound()).copied().collect();
+        let projected = project(&plants, &self.mips, camera, size, options.wood);
+        let lights: Vec<_> = plants.iter().map(|plant| plant.light(camera.eye, &options.lighting)).collect();
+        let tones: Vec<_> = plants.iter().map(|plant| plant.tone.or(options.tone)).collect();
+        let scene = Scene {
+            projected: &projected,
+            materials: &self.materials,
+            mips: &self.mips,
+            srgb: &self.srgb,
+            lights: &lights,
+            tones: &tones,
+            is_orthographic: camera.is_orthographic(),
+        };
+        let rays = match options.background {
+            Background::Landscape(_) => Some(Rays::new(camera)?),
+            _ => None,
+        };
+        let behind = Behind { size, rays, eye_height: camera.eye.y };
+        let columns = size[0].div_ceil(TILE_PX);
+        let bins = bin(&projected, size, columns);
+        let tiles: Vec<Vec<[u8; 4]>> = bins
+            .into_par_iter()
+            .enumerate()
+            .map(|(i, bin)| {
+                let origin = [i as u32 % columns * TILE_PX, i as u32 / columns * TILE_PX];
+                paint_tile(origin, bin, &scene, &behind, options.background)
+            })
+            .collect();
+        Ok(assemble(&tiles, columns, size))
+    }
+}
+
+/// Mip chains of the materials' textures.
+fn decoded(materials: &[Material], textures: &[Texture], srgb: &SrgbTable) -> Result<Vec<Option<Mips>>> {
+    let mips = |material: &Material| {
+        let texture = material.texture.and_then(|texture| textures.get(texture as usize));
+        let pixels = texture.map(Texture::decode).transpose()?;
+        Ok(pixels.and_then(|pixels| Mips::new(pixels, material.wrap, material.cutoff(), srgb)))
+    };
+    materials.iter().map(mips).collect()
+}
+
+/// Draws a whole plant.
+///
+/// # Errors
+/// Same as [`Painter::new`] and [`Painter::draw`].
+pub fn draw_plant(plant: &Plant, camera: &Camera, size: [u32; 2], options: &DrawOptions) -> Result<Image> {
+    Painter::new(&plant.materials, &plant.textures)?.draw(&DrawList::of_plant(plant), camera, size, options)
+}
+
+/// Draws a model's wood and its first `active_count` leaves.
+///
+/// # Errors
+/// Same as [`Painter::new`] and [`Painter::draw`].
+pub fn draw_model(
+    model: &FoliageModel,
+    active_count: usize,
+    camera: &Camera,
+    size: [u32; 2],
+    options: &DrawOptions,
+) -> Result<Image> {
+    let list = DrawList::of_model(model, active_count);
+    Painter::new(&model.materials, &model.textures)?.draw(&list, camera, size, options)
+}
+
+/// Number of views that a mean colour is averaged over.
+const MEAN_VIEWS: usize = 6;
+/// Width and height of these views in pixels.
+const MEAN_SIDE_PX: u32 = 96;
+
+/// Mean shaded colour of a model's leaves over six views, linear; the effect `contrast` moves their
+/// colours towards it.
+///
+/// # Errors
+/// Same as [`Painter::new`].
+pub fn mean_leaf_color(model: &FoliageModel, lighting: &Lighting) -> Result<[f32; 3]> {
+    let list = DrawList::of_model(model, model.leaves.len());
+    let options =
+        DrawOptions { background: Background::Transparent, wood: false, lighting: *lighting, ..DrawOptions::default() };
+    let painter = Painter::new(&model.materials, &model.textures)?;
+    let pictures: Vec<Image> = around(&model.sphere())
+        .map(|camera| painter.draw(&list, &camera, [MEAN_SIDE_PX; 2], &options))
+        .collect::<Result<_>>()?;
+    Ok(mean_color(&pictures))
+}
+
+/// Cameras around a sphere, slightly above its centre.
+fn around(sphere: &Sphere) -> impl Iterator<Item = Camera> {
+    (0..MEAN_VIEWS).map(|i| {
+        let (x, z) = (std::f64::consts::TAU * i as f64 / MEAN_VIEWS as f64).sin_cos();
+        LookAt::framing(sphere, DVec3::new(x, 0.3, z), std::f64::consts::FRAC_PI_4, 1.0).camera(MEAN_SIDE_PX)
+    })
+}
+
+/// Mean linear colour of all pixels of the pictures, weighted by alpha.
+pub fn mean_color(pictures: &[Image]) -> [f32; 3] {
+    let linear = linear_bytes().map(f64::from);
+    let (mut sum, mut weight) = ([0.0; 3], 0.0);
+    for pixel in pictures.iter().flat_map(|picture| picture.rgba.chunks_exact(4)) {
+        let alpha = f64::from(pixel[3]) / 255.0;
+        (0..3).for_each(|i| sum[i] += linear[pixel[i] as usize] * alpha);
+        weight += alpha;
+    }
+    sum.map(|channel| (channel / f64::max(weight, f64::MIN_POSITIVE)) as f32)
+}
+
+fn check_size(size: [u32; 2]) -> Result<()> {
+    if size.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side)) {
+        return Ok(());
+    }
+    Err(Error::invalid("size", format!("{}x{}", size[0], size[1]), format!("1 to {MAX_IMAGE_SIDE} pixels on a side")))
+}
+
+/// Indices, for each tile, of the triangles whose bounding box touches it.
+fn bin(projected: &Projected, size: [u32; 2], columns: u32) -> Vec<Vec<u32>> {
+    let rows = size[1].div_ceil(TILE_PX);
+    let mut bins = vec![Vec::new(); columns as usize * rows as usize];
+    let tile_steps = SUBPIXEL * TILE_PX as i64;
+    for (index, triangle) in projected.triangles.iter().enumerate() {
+        let corners = triangle.corners.map(|corner| projected.corners[corner as usize].at);
+        let range = |axis: usize, count: u32| {
+            let tiles = corners.map(|corner| corner[axis].div_euclid(tile_steps));
+            let [min, max] = [tiles.into_iter().min().unwrap_or(0), tiles.into_iter().max().unwrap_or(0)];
+            min.max(0)..=max.min(count as i64 - 1)
+        };
+        for row in range(1, rows) {
+            for column in range(0, columns) {
+                bins[row as usize * columns as usize + column as usize].push(index as u32);
+            }
+        }
+    }
+    bins
+}
+
+fn paint_tile(
+    origin: [u32; 2],
+    mut triangles: Vec<u32>,
+    scene: &Scene<'_>,
+    behind: &Behind,
+    background: Background,
+) -> Vec<[u8; 4]> {
+    let nearest = |index: u32| scene.projected.triangles[index as usize].nearest;
+    triangles.sort_unstable_by(|&a, &b| nearest(b).total_cmp(&nearest(a)).then(a.cmp(&b)));
+    let mut tile = Tile::new(origin);
+    for index in triangles {
+        tile.add(index, scene);
+    }
+    let mut pixels = Vec::with_capacity((TILE_PX * TILE_PX) as usize);
+    for y in 0..TILE_PX {
+        pixels.extend((0..TILE_PX).map(|x| {
+            let (color, share) = tile.resolve(x, y, scene);
+            let sky = behind.color([origin[0] + x, origin[1] + y], background);
+            finished(color, share, sky, background, scene.srgb)
+        }));
+    }
+    pixels
+}
+
+/// Evaluates the background of a picture, pixel by pixel.
+struct Behind {
+    size: [u32; 2],
+    rays: Option<Rays>,
+    eye_height: f64,
+}
+
+impl Behind {
+    fn color(&self, pixel: [u32; 2], background: Background) -> Vec3 {
+        let [x, y] = [0, 1].map(|axis| (pixel[axis] as f32 + 0.5) / self.size[axis] as f32);
+        match background {
+            Background::Sky => light::backdrop(1.0 - y),
+            Background::Landscape(landscape) => self.rays.as_ref().map_or(Vec3::ZERO, |rays| {
+                landscape::color(&landscape, self.eye_height, ray_through(rays, 2.0 * x - 1.0, 1.0 - 2.0 * y))
+            }),
+            _ => Vec3::ZERO,
+        }
+    }
+}
+
+/// Blends a pixel with the background and encodes it in sRGB. `color` is already weighted by
+/// `share`, the covered fraction of the pixel.
+fn finished(color: Vec3, share: f32, sky: Vec3, background: Background, srgb: &SrgbTable) -> [u8; 4] {
+    let (linear, alpha) = match background {
+        Background::Sky | Background::Landscape(_) => (color + sky * (1.0 - share), 255),
+        Background::Color(behind) => (color + srgb.color(behind) * (1.0 - share), 255),
+        Background::Transparent => (color / share.max(f32::MIN_POSITIVE), (share * 255.0 + 0.5) as u8),
+    };
+    let [r, g, b] = linear.to_array().map(srgb_from_linear);
+    [r, g, b, alpha]
+}
+
+fn assemble(tiles: &[Vec<[u8; 4]>], columns: u32, [width, height]: [u32; 2]) -> Image {
+    let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
+    for y in 0..height {
+        for column in 0..columns {
+            let tile = &tiles[(y / TILE_PX * columns + column) as usize];
+            let first = (y % TILE_PX * TILE_PX) as usize;
+            let count = TILE_PX.min(width - column * TILE_PX) as usize;
+            rgba.extend_from_slice(tile[first..first + count].as_flattened());
+        }
+    }
+    Image { width, height, rgba }
+}

@@ -1,0 +1,250 @@
+//! Transforms parts from plant space to triangles on the screen: scaling about the pivot, wind,
+//! projection, clipping by the near and far planes.
+
+use super::{
+    list::{Part, Placed},
+    samples::SAMPLES,
+};
+use crate::{
+    Camera, Depth,
+    draw::mips::Mips,
+    edge::{SUBPIXEL, twice_area},
+    effects::wind::Sway,
+    leaf::Vertex,
+};
+use glam::{DMat4, DVec3, DVec4, Vec3};
+
+/// Limit of a corner's screen coordinates, in steps. Farther corners are clamped to it, which
+/// distorts triangles that pass close to the eye.
+const FARTHEST_STEP: f64 = (1 << 29) as f64;
+
+/// A corner of a triangle after projection.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Corner {
+    /// Position in steps from the picture's top left corner, y downwards.
+    pub(super) at: [i64; 2],
+    /// 1 / w.
+    pub(super) inverse_w: f32,
+    /// Depth that is affine on the screen and greater for nearer points: 1 / w, or reversed depth
+    /// under an orthographic projection.
+    pub(super) nearness: f32,
+    pub(super) uv: [f32; 2],
+    pub(super) normal: Vec3,
+    /// Position relative to the eye, in plant space.
+    pub(super) from_eye: Vec3,
+    pub(super) color: [f32; 3],
+}
+
+/// A triangle on the screen; its corners are ordered so that edge functions are positive inside.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ScreenTriangle {
+    pub(super) corners: [u32; 3],
+    pub(super) material: u32,
+    /// Index of its plant.
+    pub(super) plant: u32,
+    /// Mip levels for one sample (alpha test) and for one pixel (colour).
+    pub(super) level: [u8; 2],
+    pub(super) is_leaf: bool,
+    /// Mask of the samples of a pixel that it may cover, one bit per sample.
+    pub(super) samples: u32,
+    /// Largest nearness of its corners.
+    pub(super) nearest: f32,
+}
+
+/// Clipped triangles of all plants, on the screen.
+#[derive(Default)]
+pub(super) struct Projected {
+    pub(super) corners: Vec<Corner>,
+    pub(super) triangles: Vec<ScreenTriangle>,
+}
+
+/// Projects every triangle of `plants`. Triangles outside the near and far planes, or without area
+/// on the screen, are left out.
+pub(super) fn project(
+    plants: &[Placed<'_>],
+    mips: &[Option<Mips>],
+    camera: &Camera,
+    size: [u32; 2],
+    wood: bool,
+) -> Projected {
+    let mut projector = Projector {
+        plant: 0,
+        sway: None,
+        clip_from_plant: camera.clip_from_world,
+        eye: camera.eye,
+        depth: camera.depth,
+        is_orthographic: camera.is_orthographic(),
+        size: size.map(f64::from),
+        out: Projected::default(),
+    };
+    for (number, plant) in (0..).zip(plants) {
+        projector.enter(number, plant, camera);
+        for part in plant.list.parts.iter().filter(|part| wood || part.leaf.is_some()) {
+            let mips = mips.get(part.material as usize).and_then(Option::as_ref);
+            projector.part(part, mips);
+        }
+    }
+    projector.out
+}
+
+/// A vertex in clip space, before the perspective division.
+#[derive(Clone, Copy)]
+struct Point {
+    clip: DVec4,
+    from_eye: Vec3,
+    vertex: Vertex,
+}
+
+struct Projector {
+    /// Index of the plant being projected; `sway`, `clip_from_plant` and `eye` belong to it.
+    plant: u32,
+    sway: Option<Sway>,
+    clip_from_plant: DMat4,
+    /// Position of the eye in plant space.
+    eye: DVec3,
+    depth: Depth,
+    is_orthographic: bool,
+    size: [f64; 2],
+    out: Projected,
+}
+
+impl Projector {
+    /// Starts plant `number`: the following parts belong to it.
+    fn enter(&mut self, number: u32, plant: &Placed<'_>, camera: &Camera) {
+        self.plant = number;
+        self.clip_from_plant = camera.clip_from_world * plant.world_from_plant;
+        self.eye = plant.world_from_plant.inverse().transform_point3(camera.eye);
+        self.sway = plant.sway;
+    }
+
+    fn part(&mut self, part: &Part<'_>, mips: Option<&Mips>) {
+        for triangle in part.indices.chunks_exact(3) {
+            let point = |i: usize| part.vertices.get(triangle[i] as usize).map(|vertex| self.point(part, vertex));
+            if let (Some(a), Some(b), Some(c)) = (point(0), point(1), point(2)) {
+                self.triangle([a, b, c], part, mips);
+            }
+        }
+    }
+
+    fn point(&self, part: &Part<'_>, vertex: &Vertex) -> Point {
+        let pivot = Vec3::from(part.pivot).as_dvec3();
+        let offset = (Vec3::from(vertex.position).as_dvec3() - pivot) * part.scale as f64;
+        let (in_plant, vertex) = self.swayed(part, pivot, offset, *vertex);
+        Point { clip: self.clip_from_plant * in_plant.extend(1.0), from_eye: (in_plant - self.eye).as_vec3(), vertex }
+    }
+
+    /// Applies the wind to a vertex: returns its position, and the vertex with its normal turned if
+    /// it belongs to a leaf.
+    fn swayed(&self, part: &Part<'_>, pivot: DVec3, offset: DVec3, vertex: Vertex) -> (DVec3, Vertex) {
+        let Some(sway) = &self.sway else { return (pivot + offset, vertex) };
+        let Some(leaf) = part.leaf else {
+            let rest = pivot + offset;
+            return (rest + sway.offset(rest.as_vec3()).as_dvec3(), vertex);
+        };
+        let turn = sway.turn(leaf);
+        let moved = pivot + sway.offset(pivot.as_vec3()).as_dvec3() + turn.as_dquat() * offset;
+        (moved, Vertex { normal: (turn * Vec3::from(vertex.normal)).to_array(), ..vertex })
+    }
+
+    fn triangle(&mut self, points: [Point; 3], part: &Part<'_>, mips: Option<&Mips>) {
+        if points.iter().all(|point| self.between_planes(point).iter().all(|&distance| distance >= 0.0)) {
+            return self.emit(points, part, mips);
+        }
+        let polygon = self.clip_by(0, &points);
+        let polygon = self.clip_by(1, &polygon);
+        let Some((first, rest)) = polygon.split_first() else { return };
+        for pair in rest.windows(2) {
+            self.emit([*first, pair[0], pair[1]], part, mips);
+        }
+    }
+
+    /// Signed distances of a point from the near and the far plane.
+    fn between_planes(&self, point: &Point) -> [f64; 2] {
+        Camera::between_planes(self.depth, point.clip)
+    }
+
+    /// Clips a convex polygon by a plane: 0 is the near plane, 1 the far plane.
+    fn clip_by(&self, plane: usize, points: &[Point]) -> Vec<Point> {
+        let mut kept = Vec::with_capacity(points.len() + 1);
+        for (i, a) in points.iter().enumerate() {
+            let b = &points[(i + 1) % points.len()];
+            let [distance_a, distance_b] = [a, b].map(|point| self.between_planes(point)[plane]);
+            if distance_a >= 0.0 {
+                kept.push(*a);
+            }
+            if (distance_a >= 0.0) != (distance_b >= 0.0) {
+                kept.push(between(a, b, distance_a / (distance_a - distance_b)));
+            }
+        }
+        kept
+    }
+
+    fn emit(&mut self, points: [Point; 3], part: &Part<'_>, mips: Option<&Mips>) {
+        let Some(mut corners) = points.map(|point| self.corner(&point)).into_iter().collect::<Option<Vec<_>>>() else {
+            return;
+        };
+        let twice_area = twice_area(corners[0].at, corners[1].at, corners[2].at);
+        if twice_area == 0 {
+            return;
+        }
+        if twice_area < 0 {
+            corners.swap(1, 2);
+        }
+        let first = self.out.corners.len() as u32;
+        let nearest = corners.iter().map(|corner| corner.nearness).fold(0.0, f32::max);
+        let level = mips.map_or([0; 2], |mips| levels(mips, &corners, twice_area.unsigned_abs()));
+        self.out.corners.extend(corners);
+        self.out.triangles.push(ScreenTriangle {
+            corners: [first, first + 1, first + 2],
+            material: part.material,
+            plant: self.plant,
+            level,
+            is_leaf: part.leaf.is_some(),
+            samples: part.samples(),
+            nearest,
+        });
+    }
+
+    /// Projects a point to the screen; `None` if its position there is not finite.
+    fn corner(&self, point: &Point) -> Option<Corner> {
+        let clip = point.clip;
+        let x = (clip.x / clip.w * 0.5 + 0.5) * self.size[0] * SUBPIXEL as f64;
+        let y = (0.5 - clip.y / clip.w * 0.5) * self.size[1] * SUBPIXEL as f64;
+        let step = |value: f64| value.clamp(-FARTHEST_STEP, FARTHEST_STEP).round() as i64;
+        let [r, g, b, _] = point.vertex.color;
+        (x.is_finite() && y.is_finite()).then(|| Corner {
+            at: [step(x), step(y)],
+            inverse_w: (1.0 / clip.w) as f32,
+            nearness: match (self.is_orthographic, self.depth) {
+                (false, _) => (1.0 / clip.w) as f32,
+                (true, Depth::Reversed) => (clip.z / clip.w) as f32,
+                (true, Depth::Standard) => (1.0 - clip.z / clip.w) as f32,
+            },
+            uv: point.vertex.uv,
+            normal: Vec3::from(point.vertex.normal),
+            from_eye: point.from_eye,
+            color: [r, g, b],
+        })
+    }
+}
+
+/// Mip levels whose texels are about as large as one sample (a sixteenth of a pixel) and as one
+/// pixel.
+fn levels(mips: &Mips, corners: &[Corner], twice_area_steps: u64) -> [u8; 2] {
+    let edge = |i: usize| [corners[i].uv[0] - corners[0].uv[0], corners[i].uv[1] - corners[0].uv[1]];
+    let (b, c) = (edge(1), edge(2));
+    let twice_area_texels = (b[0] * c[1] - b[1] * c[0]).abs() * mips.full_texels();
+    let twice_area_px = twice_area_steps as f32 / (SUBPIXEL * SUBPIXEL) as f32;
+    let texels_per_px = twice_area_texels / twice_area_px;
+    [mips.level_for(texels_per_px / SAMPLES as f32), mips.level_for(texels_per_px)]
+}
+
+fn between(a: &Point, b: &Point, t: f64) -> Point {
+    let [from, to]: [[f32; 12]; 2] = [bytemuck::cast(a.vertex), bytemuck::cast(b.vertex)];
+    let mixed: [f32; 12] = std::array::from_fn(|i| from[i] + (to[i] - from[i]) * t as f32);
+    Point {
+        clip: a.clip.lerp(b.clip, t),
+        from_eye: a.from_eye.lerp(b.from_eye, t as f32),
+        vertex: bytemuck::cast(mixed),
+    }
+}

@@ -1,0 +1,164 @@
+//! CPU counterpart of the GPU renderer: draws a picture from the same camera, look and instances.
+
+use super::{
+    image::Image,
+    list::{DrawList, Drawn, Placed},
+    painter::{Background, DrawOptions, Painter, mean_leaf_color},
+};
+use crate::{
+    Error, Result,
+    draw::{
+        instance::{Frame, Instance, ModelId, Prepared},
+        look::{Coloring, Look},
+        records::Tone,
+    },
+    effects::{Counts, FadeBy, wind::Shape},
+    model::{FoliageModel, Timeline, Transition},
+};
+use slotmap::SlotMap;
+use std::collections::HashMap;
+
+/// Maximum number of triangles in one picture; they take 2 GB.
+const MOST_TRIANGLES: u64 = 1 << 23;
+
+/// Draws instances of foliage models on the CPU.
+///
+/// Every effect except `shadow` is simulated for every plant, visible or not. Drawn scales always
+/// come from the timeline: [`Instance::scales`] is ignored. Thin stems are never left out.
+pub struct SoftwareRenderer<'a> {
+    look: Look,
+    models: SlotMap<ModelId, Model<'a>>,
+    painter: Painter<'a>,
+}
+
+/// A picture and its draw statistics.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawing {
+    /// The picture.
+    pub image: Image,
+    /// Draw statistics. Shadows count as skipped, because the CPU draws none.
+    pub prepared: Prepared,
+}
+
+struct Model<'a> {
+    model: &'a FoliageModel,
+    timeline: Timeline,
+    shape: Shape,
+    /// Mean shaded colour of the leaves, linear; 0 if the effect `contrast` is off.
+    mean: [f32; 3],
+    /// Index of its first material in the painter.
+    first_material: u32,
+}
+
+impl<'a> SoftwareRenderer<'a> {
+    /// Creates a renderer without models.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] for a parameter of the look that is out of range, and for a
+    /// colouring other than [`Coloring::Picture`].
+    pub fn new(look: Look) -> Result<Self> {
+        look.check()?;
+        if look.coloring != Coloring::Picture {
+            return Err(Error::invalid("look.coloring", format!("{:?}", look.coloring), "Picture on the CPU"));
+        }
+        Ok(Self { look, models: SlotMap::default(), painter: Painter::new(&[], &[])? })
+    }
+
+    /// Adds a model and decodes its textures.
+    ///
+    /// # Errors
+    /// [`Error::InvalidModel`] for a model that breaks an invariant, [`Error::Unreadable`] for a
+    /// damaged texture.
+    pub fn add_model(&mut self, model: &'a FoliageModel) -> Result<ModelId> {
+        model.validate()?;
+        let mean = match self.look.effects.contrast {
+            Some(_) => mean_leaf_color(model, &self.look.lighting())?,
+            None => [0.0; 3],
+        };
+        let first_material = self.painter.add(&model.materials, &model.textures)?;
+        let (timeline, shape) = (Timeline::new(model), Shape::new(&model.aabb()));
+        Ok(self.models.insert(Model { model, timeline, shape, mean, first_material }))
+    }
+
+    /// Draws a frame; `size` is its width and height in pixels. Instances of unknown models are
+    /// skipped.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] for a size or camera that cannot be drawn, [`Error::TooLarge`] for
+    /// more than eight million triangles.
+    pub fn draw(&self, frame: impl Into<Frame>, instances: &[Instance], size: [u32; 2]) -> Result<Drawing> {
+        let frame = frame.into();
+        let (look, effects) = (&self.look, &self.look.effects);
+        let known = instances.iter().filter_map(|instance| Some((self.models.get(instance.model)?, instance)));
+        let known: Vec<(&Model<'a>, &Instance)> = known.collect();
+        check_triangles(&known)?;
+        let mut prepared = Prepared { draws: 1, effects: Counts::of(effects), ..Prepared::default() };
+        let lists = self.lists(&known, &mut prepared);
+        let moment = effects.wind.map(|wind| wind.at(frame.seconds));
+        let placed: Vec<Placed<'_>> = known
+            .iter()
+            .map(|(model, instance)| {
+                let kept = effects.contrast.map(|effect| effect.kept(instance.active, model.model.leaves.len()));
+                let tone = kept.map(|kept| Tone { kept, mean: model.mean });
+                let sway = moment.map(|moment| moment.sway(&model.shape, &instance.world_from_plant));
+                Placed { tone, sway, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
+            })
+            .collect();
+        for plant in &placed {
+            let of_leaves = plant.list.parts.iter().filter(|part| part.leaf.is_some()).count();
+            prepared.leaves += of_leaves as u64;
+            prepared.effects.add_plant();
+        }
+        prepared.wood_triangles = known.iter().map(|(model, _)| model.model.wood.triangles() as u64).sum();
+        prepared.instances = placed.iter().filter(|plant| plant.is_sound()).count() as u32;
+        prepared.skipped = instances.len() as u32 - prepared.instances;
+        prepared.effects.shadow.iter_mut().for_each(|count| count.skipped = instances.len() as u64);
+        let background = look.landscape().map_or(Background::Sky, Background::Landscape);
+        let options = DrawOptions { lighting: look.lighting(), background, ..DrawOptions::default() };
+        let camera = frame.jittered();
+        let image = self.painter.draw_placed(&placed, &camera, size, &options)?;
+        Ok(Drawing { image, prepared })
+    }
+
+    /// Builds the draw lists, one for all plants with the same [`Key`], and counts fading leaves.
+    fn lists(&self, plants: &[(&Model<'a>, &Instance)], prepared: &mut Prepared) -> HashMap<Key, DrawList<'a>> {
+        let mut lists = HashMap::new();
+        for (model, instance) in plants {
+            let leaves = model.model.leaves.len() as u32;
+            let active = f64::from(instance.active);
+            let (transition, by) = match self.look.effects.fade {
+                Some(fade) => (fade.transition(active, leaves), fade.by),
+                None => (Transition::new(active, instance.window, leaves), FadeBy::Size),
+            };
+            prepared.effects.add_leaves(&transition);
+            lists.entry(key(instance)).or_insert_with(|| {
+                let drawn = Drawn { transition, by, leaf_scale: instance.leaf_scale };
+                let mut list = DrawList::of_drawn(model.model, &model.timeline, &drawn);
+                list.parts.iter_mut().for_each(|part| part.material += model.first_material);
+                list
+            });
+        }
+        lists
+    }
+}
+
+/// Inputs of a draw list: model, and the bits of the active count, the window and the leaf scale.
+type Key = (ModelId, [u32; 3]);
+
+fn key(instance: &Instance) -> Key {
+    (instance.model, [instance.active, instance.window, instance.leaf_scale].map(f32::to_bits))
+}
+
+fn check_triangles(plants: &[(&Model<'_>, &Instance)]) -> Result<()> {
+    let of_plant = |(Model { model, .. }, instance): &(&Model<'_>, &Instance)| {
+        let last = (instance.active.ceil() as usize).min(model.leaves.len()).checked_sub(1);
+        let of_leaves = last.map_or(0, |last| u64::from(model.leaves[last].indices[1] / 3));
+        model.wood.triangles() as u64 + of_leaves
+    };
+    let value = plants.iter().map(of_plant).sum::<u64>();
+    if value <= MOST_TRIANGLES {
+        return Ok(());
+    }
+    let fix = "draw fewer trees, lower `lod`, or use `GpuDevice`".into();
+    Err(Error::TooLarge { what: "triangles drawn on the CPU".into(), value, limit: MOST_TRIANGLES, fix })
+}

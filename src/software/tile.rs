@@ -1,0 +1,283 @@
+//! Draws one tile of the picture: finds the visible triangle of each sample, then the colour of
+//! each pixel.
+//!
+//! Each pixel has sixteen samples. Triangles are drawn nearest first, so that a pixel whose samples
+//! are all nearer is skipped early; a masked texture is sampled only where the triangle is nearer.
+//! Colour is computed once for each triangle visible in a pixel, at the centroid of its visible
+//! samples.
+
+use super::{
+    light::Light,
+    project::{Projected, ScreenTriangle},
+    samples::{SAMPLES, sample_steps},
+};
+use crate::{
+    draw::{
+        mips::{Mips, SrgbTable},
+        records::Tone,
+    },
+    edge::{Edge, SUBPIXEL, twice_area},
+    material::Material,
+    stochastic::contrast::toned,
+};
+use glam::Vec3;
+
+/// Side of a tile in pixels: its samples fit into a core's second-level cache.
+pub(super) const TILE_PX: u32 = 32;
+const NO_OWNER: u32 = u32::MAX;
+
+/// Input shared by all tiles.
+pub(super) struct Scene<'a> {
+    pub(super) projected: &'a Projected,
+    pub(super) materials: &'a [Material],
+    pub(super) mips: &'a [Option<Mips>],
+    pub(super) srgb: &'a SrgbTable,
+    /// One per plant, as in `tones`.
+    pub(super) lights: &'a [Light],
+    pub(super) tones: &'a [Option<Tone>],
+    pub(super) is_orthographic: bool,
+}
+
+/// Depth and visible triangle of each sample of a tile.
+pub(super) struct Tile {
+    /// Top left pixel.
+    origin: [i64; 2],
+    nearness: Vec<[f32; SAMPLES]>,
+    owner: Vec<[u32; SAMPLES]>,
+    /// Smallest `nearness` of each pixel's samples.
+    farthest: Vec<f32>,
+}
+
+/// A quantity that is affine on the screen, with its origin at the tile's top left corner.
+#[derive(Clone, Copy)]
+struct Plane {
+    at_origin: f64,
+    per_px: [f64; 2],
+}
+
+impl Plane {
+    fn at(&self, x_px: f64, y_px: f64) -> f32 {
+        (self.at_origin + self.per_px[0] * x_px + self.per_px[1] * y_px) as f32
+    }
+}
+
+/// An edge function, and how far each sample's value is from its pixel's.
+struct SampledEdge {
+    edge: Edge,
+    per_sample: [i64; SAMPLES],
+}
+
+impl Tile {
+    /// Creates an empty tile whose top left pixel is `origin`.
+    pub(super) fn new(origin: [u32; 2]) -> Self {
+        let pixels = (TILE_PX * TILE_PX) as usize;
+        Self {
+            origin: origin.map(i64::from),
+            nearness: vec![[0.0; SAMPLES]; pixels],
+            owner: vec![[NO_OWNER; SAMPLES]; pixels],
+            farthest: vec![0.0; pixels],
+        }
+    }
+
+    /// Draws triangle `index` into the samples where it is the nearest so far.
+    pub(super) fn add(&mut self, index: u32, scene: &Scene<'_>) {
+        let triangle = &scene.projected.triangles[index as usize];
+        let Some([x_range, y_range]) = self.bounds(triangle, scene) else { return };
+        let edges = self.edges(triangle, scene);
+        let depth = self.plane(triangle, scene, |corner| corner.nearness as f64);
+        let mask = self.alpha_test(triangle, scene);
+        for y in y_range {
+            for x in x_range.clone() {
+                let pixel = (y * TILE_PX as i64 + x) as usize;
+                if triangle.nearest <= self.farthest[pixel] {
+                    continue;
+                }
+                let mut covered = coverage(&edges, x, y) & triangle.samples;
+                if covered != 0 {
+                    covered = self.closer(pixel, covered, &depth, triangle.nearest, [x, y]);
+                    let kept = mask.as_ref().map_or(covered, |mask| mask.passing(covered, &depth, [x, y]));
+                    self.write(pixel, kept, index, &depth, triangle.nearest, [x, y]);
+                }
+            }
+        }
+    }
+
+    /// Columns and rows of the tile that the triangle's bounding box touches, relative to the
+    /// tile's origin; `None` if there are none.
+    fn bounds(&self, triangle: &ScreenTriangle, scene: &Scene<'_>) -> Option<[std::ops::Range<i64>; 2]> {
+        let corners = triangle.corners.map(|corner| scene.projected.corners[corner as usize].at);
+        let range = |axis: usize| {
+            let values = corners.map(|corner| corner[axis]);
+            let [min, max] = [values.into_iter().min().unwrap_or(0), values.into_iter().max().unwrap_or(0)];
+            let first = min.div_euclid(SUBPIXEL) - self.origin[axis];
+            let last = max.div_euclid(SUBPIXEL) - self.origin[axis];
+            first.max(0)..(last + 1).min(TILE_PX as i64)
+        };
+        let ranges = [range(0), range(1)];
+        ranges.iter().all(|range| !range.is_empty()).then_some(ranges)
+    }
+
+    fn edges(&self, triangle: &ScreenTriangle, scene: &Scene<'_>) -> [SampledEdge; 3] {
+        let corners = triangle.corners.map(|corner| scene.projected.corners[corner as usize].at);
+        let [a, b, c] = corners.map(|corner| [0, 1].map(|axis| corner[axis] - self.origin[axis] * SUBPIXEL));
+        [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)].map(SampledEdge::new)
+    }
+
+    fn plane(
+        &self,
+        triangle: &ScreenTriangle,
+        scene: &Scene<'_>,
+        value: impl Fn(&super::project::Corner) -> f64,
+    ) -> Plane {
+        let corners = triangle.corners.map(|corner| &scene.projected.corners[corner as usize]);
+        let [a, b, c] = corners
+            .map(|corner| [0, 1].map(|axis| (corner.at[axis] - self.origin[axis] * SUBPIXEL) as f64 / SUBPIXEL as f64));
+        let [va, vb, vc] = corners.map(value);
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        let dx = ((vb - va) * (c[1] - a[1]) - (vc - va) * (b[1] - a[1])) / area;
+        let dy = ((vc - va) * (b[0] - a[0]) - (vb - va) * (c[0] - a[0])) / area;
+        Plane { at_origin: va - dx * a[0] - dy * a[1], per_px: [dx, dy] }
+    }
+
+    fn alpha_test<'a>(&self, triangle: &ScreenTriangle, scene: &Scene<'a>) -> Option<AlphaTest<'a>> {
+        let material = scene.materials.get(triangle.material as usize)?;
+        let cutoff = material.cutoff()?;
+        let mips = scene.mips.get(triangle.material as usize)?.as_ref()?;
+        Some(AlphaTest {
+            mips,
+            level: triangle.level[0],
+            is_orthographic: scene.is_orthographic,
+            cutoff: cutoff / material.base_color[3].max(f32::MIN_POSITIVE),
+            u: self.plane(triangle, scene, |corner| corner.uv[0] as f64 * corner.inverse_w as f64),
+            v: self.plane(triangle, scene, |corner| corner.uv[1] as f64 * corner.inverse_w as f64),
+        })
+    }
+
+    /// Mask of the samples in `covered` at which the triangle is nearer than all triangles so far.
+    fn closer(&self, pixel: usize, covered: u32, depth: &Plane, nearest: f32, at: [i64; 2]) -> u32 {
+        let seen = &self.nearness[pixel];
+        samples(covered).filter(|&s| depth_at(depth, nearest, at, s) > seen[s]).fold(0, |closer, s| closer | 1 << s)
+    }
+
+    fn write(&mut self, pixel: usize, kept: u32, index: u32, depth: &Plane, nearest: f32, at: [i64; 2]) {
+        if kept == 0 {
+            return;
+        }
+        let seen = &mut self.nearness[pixel];
+        for s in samples(kept) {
+            seen[s] = depth_at(depth, nearest, at, s);
+            self.owner[pixel][s] = index;
+        }
+        self.farthest[pixel] = seen.iter().copied().fold(f32::INFINITY, f32::min);
+    }
+
+    /// Linear colour and covered fraction of pixel (x, y) of the tile; the colour is already
+    /// weighted by the fraction.
+    pub(super) fn resolve(&self, x: u32, y: u32, scene: &Scene<'_>) -> (Vec3, f32) {
+        let owners = &self.owner[(y * TILE_PX + x) as usize];
+        let mut open: u32 = (0..SAMPLES).filter(|&s| owners[s] != NO_OWNER).fold(0, |open, s| open | 1 << s);
+        let share = open.count_ones() as f32 / SAMPLES as f32;
+        let mut color = Vec3::ZERO;
+        while open != 0 {
+            let owner = owners[open.trailing_zeros() as usize];
+            let same = samples(open).filter(|&s| owners[s] == owner).fold(0, |same, s| same | 1 << s);
+            color += self.shade(owner, same, [x as i64, y as i64], scene) * same.count_ones() as f32;
+            open &= !same;
+        }
+        (color / SAMPLES as f32, share)
+    }
+
+    fn shade(&self, owner: u32, at_samples: u32, at: [i64; 2], scene: &Scene<'_>) -> Vec3 {
+        let triangle = &scene.projected.triangles[owner as usize];
+        let corners = triangle.corners.map(|corner| &scene.projected.corners[corner as usize]);
+        let [a, b, c] = corners.map(|corner| corner.at);
+        let middle = [0, 1].map(|axis| {
+            let sum: i64 = samples(at_samples).map(|s| sample_steps(s)[axis]).sum();
+            (self.origin[axis] + at[axis]) * SUBPIXEL + sum / at_samples.count_ones() as i64
+        });
+        let opposite = [twice_area(b, c, middle), twice_area(c, a, middle), twice_area(a, b, middle)];
+        let weights: [f32; 3] = std::array::from_fn(|i| opposite[i].max(0) as f32 * corners[i].inverse_w);
+        let total = weights.iter().sum::<f32>().max(f32::MIN_POSITIVE);
+        let weights = weights.map(|weight| weight / total);
+        let mix = |value: &dyn Fn(usize) -> Vec3| (0..3).map(|i| value(i) * weights[i]).sum::<Vec3>();
+        let uv = mix(&|i| Vec3::new(corners[i].uv[0], corners[i].uv[1], 0.0));
+        let factor = mix(&|i| Vec3::from(corners[i].color));
+        let texel = scene.mips.get(triangle.material as usize).and_then(Option::as_ref);
+        let texel = texel.map_or(Vec3::ONE, |mips| mips.color(triangle.level[1], [uv.x, uv.y], scene.srgb).into());
+        let material = scene.materials.get(triangle.material as usize);
+        let base = material.map_or(Vec3::ONE, |m| Vec3::new(m.base_color[0], m.base_color[1], m.base_color[2]));
+        let two_sided = triangle.is_leaf || material.is_some_and(|material| material.double_sided);
+        let normal = mix(&|i| corners[i].normal);
+        let light = &scene.lights[triangle.plant as usize];
+        let from_eye = mix(&|i| corners[i].from_eye);
+        let color = light.reflected(base * texel * factor, normal, from_eye, triangle.is_leaf, two_sided);
+        match scene.tones[triangle.plant as usize] {
+            Some(tone) if triangle.is_leaf => toned(color.into(), tone.mean, tone.kept).into(),
+            _ => color,
+        }
+    }
+}
+
+/// The alpha test of one triangle.
+struct AlphaTest<'a> {
+    mips: &'a Mips,
+    level: u8,
+    is_orthographic: bool,
+    cutoff: f32,
+    u: Plane,
+    v: Plane,
+}
+
+impl AlphaTest<'_> {
+    fn passing(&self, covered: u32, depth: &Plane, at: [i64; 2]) -> u32 {
+        samples(covered).filter(|&s| self.passes(depth, at, s)).fold(0, |passing, s| passing | 1 << s)
+    }
+
+    fn passes(&self, depth: &Plane, at: [i64; 2], sample: usize) -> bool {
+        let [x, y] = sample_px(at, sample);
+        let w = if self.is_orthographic { 1.0 } else { 1.0 / depth.at(x, y) };
+        self.mips.alpha(self.level, [self.u.at(x, y) * w, self.v.at(x, y) * w]) >= self.cutoff
+    }
+}
+
+impl SampledEdge {
+    fn new(edge: Edge) -> Self {
+        let per_step = edge.per_px.map(|per_px| per_px / SUBPIXEL);
+        let per_sample = std::array::from_fn(|sample| {
+            let [x, y] = sample_steps(sample);
+            per_step[0] * x + per_step[1] * y
+        });
+        Self { edge, per_sample }
+    }
+}
+
+/// Bit `s` is set where sample `s` of pixel (x, y) lies inside all three edges.
+fn coverage(edges: &[SampledEdge; 3], x: i64, y: i64) -> u32 {
+    let corner = edges.each_ref().map(|edge| edge.edge.at(x, y));
+    let mut covered = 0;
+    for s in 0..SAMPLES {
+        let distances = [0, 1, 2].map(|i| corner[i] + edges[i].per_sample[s]);
+        let any_negative = distances[0] | distances[1] | distances[2];
+        covered |= u32::from(any_negative >= 0) << s;
+    }
+    covered
+}
+
+fn depth_at(depth: &Plane, nearest: f32, at: [i64; 2], sample: usize) -> f32 {
+    let [x, y] = sample_px(at, sample);
+    depth.at(x, y).min(nearest)
+}
+
+fn sample_px(at: [i64; 2], sample: usize) -> [f64; 2] {
+    let steps = sample_steps(sample);
+    [0, 1].map(|axis| at[axis] as f64 + steps[axis] as f64 / SUBPIXEL as f64)
+}
+
+/// Indices of the set bits of `mask`.
+fn samples(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let sample = (mask != 0).then(|| mask.trailing_zeros() as usize);
+        mask &= mask.wrapping_sub(1);
+        sample
+    })
+}
