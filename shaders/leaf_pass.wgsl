@@ -15,6 +15,8 @@ struct LeafRecord {
     // Range of the leaf's events in the timeline.
     first_event: u32,
     end_event: u32,
+    // Width and height of the part of the texture that the leaf shows.
+    uv_size: array<f32, 2>,
 }
 
 @group(0) @binding(4) var<storage, read> vertices: array<LeafVertex>;
@@ -52,6 +54,8 @@ fn leaf_surface(corner: u32, item: vec2<u32>) -> Surface {
     surface.normal = moved.normal;
     surface.material = leaf.material;
     surface.leaf = vertex.leaf;
+    surface.share = 1.0;
+    surface.uv_size = vec2(leaf.uv_size[0], leaf.uv_size[1]);
     return surface;
 }
 

@@ -31,6 +31,8 @@ struct Instance {
     before: u32,
     // Jitter of the picture, in clip space.
     jitter: vec2<f32>,
+    // Least width of a drawn stem, in local space.
+    stem_width: f32,
 }
 
 // The crown: the box around all leaves, drawn or not.
@@ -41,7 +43,7 @@ struct Crown {
 
 struct Material {
     base_color: vec4<f32>,
-    // Alpha at or above which a texel is opaque; 0 if all texels are.
+    // Alpha of the full texture at or above which a texel is opaque; 0 if all texels are.
     cutoff: f32,
     layer: u32,
     // Wrap modes along u and v, as numbered by `wrap_number` in draw/shader.rs.
@@ -55,7 +57,7 @@ struct Material {
 @group(0) @binding(3) var filtering: sampler;
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
 
-// Samples per pixel; alpha determines how many of them are covered.
+// Samples per pixel; coverage determines how many of them are covered.
 override SAMPLES: u32 = 1u;
 
 // COLORING_PICTURE, or a constant that selects unlit diagnostic colours.
@@ -63,13 +65,19 @@ override COLORING: u32 = 0u;
 
 struct Surface {
     @builtin(position) clip: vec4<f32>,
-    @location(0) uv: vec2<f32>,
-    @location(1) color: vec3<f32>,
-    @location(2) normal: vec3<f32>,
-    @location(3) position_local: vec3<f32>,
+    // Interpolated at a covered sample, so that a surface smaller than a pixel is not sampled
+    // beside its texture.
+    @location(0) @interpolate(perspective, centroid) uv: vec2<f32>,
+    @location(1) @interpolate(perspective, centroid) color: vec3<f32>,
+    @location(2) @interpolate(perspective, centroid) normal: vec3<f32>,
+    @location(3) @interpolate(perspective, centroid) position_local: vec3<f32>,
     @location(4) @interpolate(flat) material: u32,
     @location(5) @interpolate(flat) instance: u32,
     @location(6) @interpolate(flat) leaf: u32,
+    // Fraction of the pixel's samples that may be covered.
+    @location(7) @interpolate(flat) share: f32,
+    // Width and height of the part of the texture that the surface shows, in texture coordinates.
+    @location(8) @interpolate(flat) uv_size: vec2<f32>,
 }
 
 // Position and normal of a leaf's vertex after scaling and wind.
@@ -86,22 +94,17 @@ struct Shaded {
 fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
     let material = materials[surface.material];
     let instance = instances[surface.instance];
-    let texel = texel(material, surface.uv);
-    let alpha = texel.a * material.base_color.a;
-    let sharpness = 1.0 / max(fwidth(alpha), 1e-4);
-    var share = 1.0;
-    if material.cutoff > 0.0 {
-        share = select(
-            select(0.0, 1.0, alpha >= material.cutoff),
-            // Coverage rises from 0 to 1 within one pixel around the cutoff.
-            clamp((alpha - material.cutoff) * sharpness + 0.5, 0.0, 1.0),
-            SAMPLES > 1u,
-        );
+    let texel = texel(material, surface.uv, surface.uv_size, surface.leaf);
+    var coverage = texel.coverage * surface.share;
+    var dither = texel.dither;
+    if surface.share < 1.0 {
+        dither = hash(vec3<i32>(floor(surface.position_local / instance.stem_width)), 0u);
     }
     if is_leaf {
-        share *= fade_share(surface.leaf, instance);
+        coverage *= fade_share(surface.leaf, instance);
     }
-    if share <= 0.0 {
+    let samples = covered_samples(coverage, dither, pattern);
+    if samples == 0u {
         discard;
     }
     let lit = Lit(
@@ -115,7 +118,7 @@ fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
         is_leaf || material.is_two_sided == 1u,
         sunlit(surface.position_local, surface.instance),
     );
-    let lit_color = texel.rgb * material.base_color.rgb * surface.color * reflected(lit);
+    let lit_color = texel.color * material.base_color.rgb * surface.color * reflected(lit);
     var color = surface.color;
     if COLORING == COLORING_PICTURE {
         color = lit_color;
@@ -123,7 +126,7 @@ fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
             color = toned(color, surface.instance);
         }
     }
-    return Shaded(vec4(encoded(color), 1.0), covered_samples(share, pattern));
+    return Shaded(vec4(encoded(color), 1.0), samples);
 }
 
 // Presence of a leaf from 0 to 1, as a fraction of its area or of its alpha.
@@ -133,23 +136,72 @@ fn presence(leaf: u32, instance: Instance) -> f32 {
     return select(t, t * t * (3.0 - 2.0 * t), FADES_SMOOTHLY);
 }
 
-// Mask of round(share * SAMPLES) samples. It is rotated by `pattern`, which differs between leaves,
-// so that overlapping leaves cover different samples.
-fn covered_samples(share: f32, pattern: u32) -> u32 {
-    let count = u32(share * f32(SAMPLES) + 0.5);
+// Mask of coverage * SAMPLES samples, rounded up where the fraction exceeds 1 - dither. It is
+// rotated by `pattern`, which differs between leaves, so that overlapping leaves cover different
+// samples.
+fn covered_samples(coverage: f32, dither: f32, pattern: u32) -> u32 {
+    let count = u32(coverage * f32(SAMPLES) + dither);
     let first = pattern % SAMPLES;
-    let run = (1u << count) - 1u;
+    let run = (1u << min(count, SAMPLES)) - 1u;
     return (run << first) | (run >> (SAMPLES - first));
 }
 
-// Whether the surface is transparent: its alpha is below the cutoff.
-fn is_hole(material: Material, uv: vec2<f32>) -> bool {
-    return material.cutoff > 0.0 && texel(material, uv).a * material.base_color.a < material.cutoff;
+// Whether the surface is transparent here, for passes with one sample per pixel.
+fn is_hole(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, leaf: u32) -> bool {
+    let texel = texel(material, uv, uv_size, leaf);
+    return texel.coverage + texel.dither < 1.0;
 }
 
-fn texel(material: Material, uv: vec2<f32>) -> vec4<f32> {
+// A material's texture at one pixel.
+struct Texel {
+    color: vec3<f32>,
+    // Fraction of the pixel that opaque texels cover.
+    coverage: f32,
+    // Offset of the threshold that coverage is rounded at: 1/2 where the texture is magnified.
+    // Where it is minified, a hash of the leaf and its texel, so that coverage is right on average
+    // and stays in place on the leaf.
+    dither: f32,
+}
+
+// The full texture's alpha is compared with the cutoff; the alpha of its mip levels is coverage.
+fn texel(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, leaf: u32) -> Texel {
+    let size = vec2<f32>(textureDimensions(textures));
+    let right = dpdx(uv) * size;
+    let down = dpdy(uv) * size;
+    let footprint = 0.5 * log2(max(max(dot(right, right), dot(down, down)), 1e-12)) - FINER_LEVELS;
+    // Texels that are not small compared with the surface would mix in what lies beside it.
+    let shown = max(uv_size * size, vec2(1.0));
+    let level = min(footprint, log2(min(shown.x, shown.y)) - LEVELS_ACROSS);
+    let minified = clamp(level, 0.0, 1.0);
     let inside = vec2(wrapped(uv.x, material.wrap.x), wrapped(uv.y, material.wrap.y));
-    return textureSampleGrad(textures, filtering, inside, material.layer, dpdx(uv), dpdy(uv));
+    let full = textureSampleLevel(textures, filtering, inside, material.layer, 0.0).a;
+    // Coverage rises from 0 to 1 within one pixel around the cutoff.
+    let sharpness = 1.0 / max(fwidth(full), 1e-4);
+    let smooth_edge = clamp((full - material.cutoff) * sharpness + 0.5, 0.0, 1.0);
+    let edge = select(select(0.0, 1.0, full >= material.cutoff), smooth_edge, SAMPLES > 1u);
+    let filtered = textureSampleLevel(textures, filtering, inside, material.layer, max(level, 0.0));
+    // Between the full texture and the first level, `filtered` contains (1 - minified) * full.
+    var coverage = clamp(filtered.a + (1.0 - minified) * (edge - full), 0.0, 1.0);
+    // No texel reaches a cutoff above 1.
+    if material.cutoff > 1.0 {
+        coverage = 0.0;
+    }
+    // Cells of about a pixel: smaller ones would flicker when the surface moves.
+    let whole = floor(max(level, 0.0)) + FINER_LEVELS;
+    let cell = vec3(vec2<i32>(floor(uv * size * exp2(-whole))), i32(whole));
+    let dither = mix(0.5, hash(cell, leaf), minified);
+    // Texels are multiplied by alpha.
+    let color = filtered.rgb / max(filtered.a, LEAST_ALPHA);
+    return Texel(color, select(1.0, coverage, material.cutoff > 0.0), dither);
+}
+
+// Hash of a cell of a leaf, from 0 to below 1.
+fn hash(cell: vec3<i32>, leaf: u32) -> f32 {
+    var mixed = leaf * HASH_MULTIPLIER;
+    for (var axis = 0; axis < 3; axis++) {
+        mixed = (mixed ^ (mixed >> 15u) ^ u32(cell[axis])) * HASH_MULTIPLIER;
+    }
+    return f32((mixed ^ (mixed >> 15u)) >> 8u) / 16777216.0;
 }
 
 // The sampler repeats; the other wrap modes are applied to the coordinate here.

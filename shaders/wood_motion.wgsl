@@ -4,11 +4,15 @@
 fn wood_motion(
     @builtin(instance_index) instance: u32,
     @location(0) rest: vec3<f32>,
+    @location(1) normal: vec3<f32>,
     @location(2) uv: vec2<f32>,
     @location(4) material: u32,
+    @location(5) width: f32,
 ) -> Moving {
-    var now = wood_surface(instance, rest);
+    let wide = widened(rest, normal, width, instance);
+    var now = wood_surface(instance, rest, wide);
     now.uv = uv;
     now.material = material;
-    return moving(now, wood_surface(instances[instance].before, rest));
+    now.uv_size = vec2(1.0);
+    return moving(now, wood_surface(instances[instance].before, rest, wide));
 }

@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 mod decode;
 #[cfg(feature = "software")]
 pub(crate) mod encode;
+#[cfg(feature = "simplify")]
+pub(crate) use decode::{bound, decode_tga};
 
 /// How a material's alpha is interpreted (glTF `alphaMode`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -15,7 +17,8 @@ pub enum AlphaMode {
     Opaque,
     /// Texels with alpha >= the cutoff are covered.
     Mask,
-    /// Alpha-blended. Where a binary decision is needed, the cutoff is 0.5.
+    /// Alpha-blended. Where a binary decision is needed, texels with alpha >= the cutoff are
+    /// covered.
     Blend,
 }
 
@@ -44,7 +47,9 @@ pub struct Material {
     pub wrap: [Wrap; 2],
     /// How alpha is interpreted.
     pub alpha_mode: AlphaMode,
-    /// Alpha cutoff of a masked material; 0.5 unless the file specifies another.
+    /// Alpha at or above which a texel is covered, unless the material is opaque: 0.5 unless the
+    /// file specifies another. An import sets that of a blended material to half of the largest
+    /// alpha that it reaches.
     pub alpha_cutoff: f32,
     /// Whether both sides are drawn.
     pub double_sided: bool,
@@ -67,11 +72,28 @@ impl Default for Material {
 impl Material {
     /// Alpha at or above which a texel is covered, or `None` if alpha is ignored.
     pub fn cutoff(&self) -> Option<f32> {
-        match self.alpha_mode {
-            AlphaMode::Opaque => None,
-            AlphaMode::Mask => Some(self.alpha_cutoff),
-            AlphaMode::Blend => Some(0.5),
-        }
+        (self.alpha_mode != AlphaMode::Opaque).then_some(self.alpha_cutoff)
+    }
+
+    /// As [`cutoff`](Self::cutoff), for the alpha of the texture alone, without the colour
+    /// factor's.
+    #[cfg(feature = "software")]
+    pub(crate) fn texture_cutoff(&self) -> Option<f32> {
+        self.cutoff().map(|cutoff| cutoff / self.base_color[3].max(f32::MIN_POSITIVE))
+    }
+
+    /// Whether nothing is drawn of a surface with this material: it has no texture, and the alpha
+    /// of its colour factor is below the cutoff.
+    #[cfg(feature = "software")]
+    pub(crate) fn is_clear(&self) -> bool {
+        self.texture.is_none() && self.cutoff().is_some_and(|cutoff| self.base_color[3] < cutoff)
+    }
+
+    /// Whether a texel with this alpha is covered.
+    #[cfg(feature = "simplify")]
+    pub(crate) fn covers(&self, alpha: u8) -> bool {
+        let least = |cutoff: f32| f64::from(cutoff) * 255.0;
+        self.cutoff().is_none_or(|cutoff| f64::from(alpha) * f64::from(self.base_color[3]) >= least(cutoff))
     }
 }
 

@@ -96,7 +96,7 @@ fn images_that_claim_more_than_their_bytes_account_for_are_left_out() {
     let left_out = |image: &[u8]| {
         let imported = read(&textured(image)).unwrap();
         assert!(imported.plant.textures.is_empty());
-        assert!(imported.warnings[0].contains("account for"), "{:?}", imported.warnings);
+        assert!(imported.warnings[0].message.contains("account for"), "{:?}", imported.warnings);
     };
     images_that_claim(8192).iter().for_each(|image| left_out(image));
     // Truncated, but not too large.
@@ -139,7 +139,7 @@ fn an_image_that_many_materials_name_is_kept_once() {
     file.json["images"] = (0..images).map(|i| json!({ "bufferView": first + i })).collect();
     let imported = read(&file).unwrap();
     assert_eq!(imported.plant.textures.len(), 1);
-    assert!(imported.warnings[0].contains("overlaps"), "{:?}", imported.warnings);
+    assert!(imported.warnings[0].message.contains("overlaps"), "{:?}", imported.warnings);
 }
 
 /// A PNG of one texel whose colour profile inflates to 80 MB of zeros.

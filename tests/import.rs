@@ -162,7 +162,7 @@ fn colours_beyond_one_and_cutoffs_are_kept() {
 fn naming_the_material_or_the_node_overrides_the_guess() {
     let Some(path) = path("ftlab_keyaki.glb") else { return };
     let named =
-        |name: &str| ImportOptions { leaves: Some(name.to_owned()), group: Group::Piece, ..ImportOptions::default() };
+        |name: &str| ImportOptions { leaves: vec![name.to_owned()], group: Group::Piece, ..ImportOptions::default() };
     assert_eq!(import::load(&path, &named("trunk")).unwrap().plant.leaves.len(), 241);
     assert_eq!(import::load(&path, &named("ground")).unwrap().plant.leaves.len(), 1);
     let error = import::load(&path, &named("petals")).unwrap_err().to_string();

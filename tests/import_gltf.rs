@@ -172,7 +172,7 @@ fn texture_transforms_are_baked_and_a_missing_texture_makes_its_material_opaque(
     assert_eq!((least, most), ([0.5, 0.25], [0.6, 2.25]));
     assert_eq!((plant.materials[0].texture, plant.materials[0].alpha_mode), (None, AlphaMode::Opaque));
     assert_eq!(plant.materials[0].wrap, [Wrap::Clamp, Wrap::Mirror]);
-    assert!(imported.warnings[0].contains("not-there.png"), "{:?}", imported.warnings);
+    assert!(imported.warnings[0].message.contains("not-there.png"), "{:?}", imported.warnings);
 }
 
 #[test]

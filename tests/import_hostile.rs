@@ -145,7 +145,7 @@ fn zero_leaves_and_one_leaf_are_handled() {
     assert!(matches!(error, Error::NoLeaves { .. }), "{error}");
     let error = load(&cards(1).glb()).unwrap_err();
     assert!(matches!(error, Error::NoLeaves { .. }), "{error}");
-    let named = ImportOptions { leaves: Some("leaf".to_owned()), ..ImportOptions::default() };
+    let named = ImportOptions { leaves: vec!["leaf".to_owned()], ..ImportOptions::default() };
     let plant = load_gltf_bytes(&cards(1).glb(), Path::new("one.glb"), &named).unwrap().plant;
     assert_eq!(plant.leaves.len(), 1);
 }
@@ -193,7 +193,7 @@ const OBJ: &str = "mtllib none.mtl\no tree\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n
     f 1 2 3\nl 1 2\np 1\n";
 
 fn load_obj(bytes: &[u8]) -> Result<Imported, Error> {
-    let named = ImportOptions { leaves: Some("leaf".to_owned()), ..ImportOptions::default() };
+    let named = ImportOptions { leaves: vec!["leaf".to_owned()], ..ImportOptions::default() };
     drop(load_obj_bytes(bytes, Path::new("hostile.obj"), &named));
     load_obj_bytes(bytes, Path::new("hostile.obj"), &ImportOptions::default())
 }

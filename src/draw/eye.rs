@@ -75,6 +75,11 @@ impl Eye {
         scale * self.camera.pixels_per_unit() / nearest
     }
 
+    /// Width of the thinnest stem that is drawn whole, in local space.
+    pub(super) fn stem_width(&self, model: &ModelFacts, instance: &Instance, look: &Look) -> f32 {
+        (f64::from(look.thinnest_px) / self.pixels_per_unit(model, instance)) as f32
+    }
+
     /// Computes the record of one plant, or `None` if its transform cannot be drawn. Matrices are
     /// composed in `f64`, so that plants far from the origin stay precise.
     pub(super) fn record(&self, model: &ModelFacts, instance: &Instance, look: &Look) -> Option<InstanceRecord> {
@@ -111,6 +116,8 @@ impl Eye {
             leaf_scale: instance.leaf_scale,
             before: 0,
             jitter: self.jitter.as_vec2().to_array(),
+            stem_width: model.stems.drawn(self.stem_width(model, instance, look)).width,
+            padding: [0.0; 3],
         })
     }
 }

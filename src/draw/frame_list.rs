@@ -37,7 +37,7 @@ pub struct WoodDraw {
     pub variant: Variant,
     /// Records of the plants.
     pub instances: Range<u32>,
-    /// Number of wood indices to draw; the thickest stems come first.
+    /// Number of wood indices to draw.
     pub corners: u32,
 }
 
@@ -130,7 +130,7 @@ impl FrameList {
             let is_reduced = instance.active < model.index_ends.len() as f32;
             let contrast = look.effects.contrast.is_some() && is_reduced;
             let variant = Variant { wind: moves, contrast, alpha: false };
-            let corners = model.stems.at_least((f64::from(look.thinnest_px) / px) as f32);
+            let corners = model.stems.drawn(eye.stem_width(model, instance, look)).corners;
             Some(Place { model: instance.model, variant, corners, instance: i })
         }));
         self.order.sort_unstable();

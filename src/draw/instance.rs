@@ -86,7 +86,7 @@ pub struct Prepared {
     pub skipped: u32,
     /// Number of leaves of all plants, including leaves in transition.
     pub leaves: u64,
-    /// Triangles of all plants' wood. Stems too thin to be seen are left out (see
+    /// Triangles of all plants' wood, without the stems left out (see
     /// [`Look::thinnest_px`](super::Look::thinnest_px)).
     pub wood_triangles: u64,
     /// Number of draw calls.

@@ -26,12 +26,13 @@ pub struct Look {
     pub lighting: Lighting,
     /// The ground under the plants; `None` draws none.
     pub ground: Option<Ground>,
-    /// Thickness in pixels below which a stem is not drawn; 0 draws all wood.
+    /// Width in pixels below which only some stems are drawn, widened to cover as much as all of
+    /// them would; 0 draws all wood as it is. Only the GPU leaves stems out.
     pub thinnest_px: f32,
 }
 
 impl Default for Look {
-    /// No effects; stems thinner than half a pixel are not drawn.
+    /// No effects; stems thinner than half a pixel are drawn in part.
     fn default() -> Self {
         Self {
             coloring: Coloring::default(),

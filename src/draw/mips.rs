@@ -1,15 +1,17 @@
-//! Textures ready for sampling: a mip chain in which the alpha test covers the same fraction of the
-//! texture at every level.
+//! Textures ready for sampling: a mip chain in which alpha is coverage.
 //!
-//! Colour is averaged in linear light and weighted by alpha, so that the colour painted behind a
-//! leaf's outline does not bleed in. Averaged alpha alone would thin out a crown with distance,
-//! because fewer texels reach the cutoff; the alpha of each level is therefore rescaled until the
-//! same fraction of texels passes as in the full texture. After I. Castano, "Computing Alpha
-//! Mipmaps" (2010), but with the scale read from a histogram instead of found by bisection.
+//! The full texture keeps its alpha, which the alpha test compares with the cutoff. At every other
+//! level, alpha is the fraction of the area under the texel that passes the test once the full
+//! texture is filtered bilinearly, and colour is the mean of that area in linear light. A surface
+//! that minifies its texture therefore covers, on average, as much of a pixel as the full texture
+//! would, however sparse they are; thresholding averaged alpha instead (with or without rescaling
+//! it, as in I. Castano, "Computing Alpha Mipmaps", 2010) makes sparse textures solid or empty once
+//! a level has few texels.
 //!
-//! Limits: a texture whose side is not a power of two loses its last row or column at each odd
-//! level.
+//! Levels are computed in `f32` and rounded once. A side that is not a power of two is filtered
+//! with the fractional weights of the texels under each texel.
 
+use super::records::LEVELS_ACROSS;
 use crate::{
     material::{Pixels, Wrap},
     srgb::{encoded, linear_bytes},
@@ -45,8 +47,8 @@ pub(crate) struct Mips {
 }
 
 impl Mips {
-    /// Builds the mip chain. `cutoff` is the material's alpha cutoff, or `None` if alpha is ignored
-    /// (it then counts as 1). Returns `None` for a texture without texels.
+    /// Builds the mip chain. `cutoff` is the least alpha of an opaque texel, or `None` if all are
+    /// opaque; alpha then counts as 1. Returns `None` for a texture without texels.
     pub(crate) fn new(mut full: Pixels, wrap: [Wrap; 2], cutoff: Option<f32>, srgb: &SrgbTable) -> Option<Self> {
         if full.width == 0 || full.height == 0 {
             return None;
@@ -54,34 +56,50 @@ impl Mips {
         if cutoff.is_none() {
             full.rgba.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 255);
         }
-        let mut levels = vec![full];
-        while let Some(last) = levels.last().filter(|last| last.width > 1 || last.height > 1) {
-            let next = halved(last, srgb);
-            levels.push(next);
+        let cutoff = cutoff.unwrap_or(0.0);
+        let size = [full.width, full.height];
+        let of_full = |x, y| Sum::of_full([x, y], &full, wrap, cutoff, srgb);
+        let mut next = (size != [1, 1]).then(|| Sums::halved(size, of_full));
+        let mut levels = vec![];
+        while let Some(sums) = next {
+            levels.push(sums.pixels());
+            next = (sums.size != [1, 1]).then(|| Sums::halved(sums.size, |x, y| sums.at(x, y)));
         }
-        if let Some(cutoff) = cutoff {
-            let share = share_covered(&levels[0], cutoff);
-            levels[1..].iter_mut().for_each(|level| rescale_alpha(level, cutoff, share));
-        }
+        levels.insert(0, full);
         Some(Self { levels, wrap })
     }
 
-    /// All levels, the full size first.
+    /// All levels, the full size first, with linear colour multiplied by alpha before it is encoded
+    /// as sRGB: filtering then weights colours by their coverage.
     #[cfg(feature = "render")]
-    pub(crate) fn levels(&self) -> &[Pixels] {
-        &self.levels
+    pub(crate) fn premultiplied(&self, srgb: &SrgbTable) -> impl Iterator<Item = Pixels> {
+        self.levels.iter().map(|level| {
+            let texel = |&[r, g, b, alpha]: &[u8; 4]| {
+                let [r, g, b] = [r, g, b].map(|byte| srgb_from_linear(srgb.linear(byte) * alpha as f32 / 255.0));
+                [r, g, b, alpha]
+            };
+            let rgba = level.rgba.as_chunks().0.iter().flat_map(texel).collect();
+            Pixels { width: level.width, height: level.height, rgba }
+        })
     }
 
-    /// Number of texels of the full texture.
-    pub(crate) fn full_texels(&self) -> f32 {
-        self.levels[0].width as f32 * self.levels[0].height as f32
+    /// Number of levels.
+    #[cfg(feature = "render")]
+    pub(crate) fn count(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// Width and height of the full texture in texels.
+    pub(crate) fn full_size(&self) -> [f32; 2] {
+        [self.levels[0].width as f32, self.levels[0].height as f32]
     }
 
     /// Mip level at which `texels_per_sample` texels of the full texture (an area) become about
-    /// one.
-    pub(crate) fn level_for(&self, texels_per_sample: f32) -> u8 {
-        let level = (0.5 * texels_per_sample.max(1.0).log2() + 0.5) as usize;
-        level.min(self.levels.len() - 1) as u8
+    /// one, for a surface that shows `across` texels along its shorter side.
+    pub(crate) fn level_for(&self, texels_per_sample: f32, across: f32) -> u8 {
+        let coarsest = (across.max(1.0).log2() - LEVELS_ACROSS).max(0.0);
+        let level = (0.5 * texels_per_sample.max(1.0).log2()).min(coarsest) + 0.5;
+        (level as usize).min(self.levels.len() - 1) as u8
     }
 
     /// Bilinearly filtered alpha at (u, v), 0 to 1.
@@ -146,62 +164,111 @@ fn texel(pixels: &Pixels, x: u32, y: u32) -> [u8; 4] {
     [pixels.rgba[at], pixels.rgba[at + 1], pixels.rgba[at + 2], pixels.rgba[at + 3]]
 }
 
-fn halved(from: &Pixels, srgb: &SrgbTable) -> Pixels {
-    let (width, height) = ((from.width / 2).max(1), (from.height / 2).max(1));
-    let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
-    for y in 0..height {
-        for x in 0..width {
-            let xs = [2 * x, (2 * x + 1).min(from.width - 1)];
-            let ys = [2 * y, (2 * y + 1).min(from.height - 1)];
-            let four = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| texel(from, xs[i], ys[j]));
-            rgba.extend_from_slice(&average(four, srgb));
+fn is_opaque(alpha: f32, cutoff: f32) -> bool {
+    alpha / 255.0 >= cutoff
+}
+
+/// Linear colour of opaque texels times their coverage, and their coverage plus [`FAINT`].
+#[derive(Debug, Clone, Copy)]
+struct Sum([f32; 4]);
+
+/// Weight of the colour of a texel that is not opaque: enough for a wholly transparent area to have
+/// a colour, too little to tint opaque texels.
+const FAINT: f32 = 1e-5;
+
+impl Sum {
+    /// Sum over the area of texel `at` of the full texture as the drawers filter it.
+    fn of_full(at: [u32; 2], full: &Pixels, wrap: [Wrap; 2], cutoff: f32, srgb: &SrgbTable) -> Self {
+        let around = [-1, 0, 1].map(|by| {
+            let near = |axis: usize, size: u32| wrapped(i64::from(at[axis]) + by, size, wrap[axis]);
+            [near(0, full.width), near(1, full.height)]
+        });
+        let texels = around.map(|[_, y]| around.map(|[x, _]| texel(full, x, y)));
+        let opaque = texels.as_flattened().iter().filter(|texel| is_opaque(texel[3] as f32, cutoff)).count();
+        if opaque == 0 || opaque == 9 {
+            return Self::of_texel(texels[1][1], cutoff, srgb);
         }
+        let quarter = |sum: Self, i: usize| sum.plus(Self::filtered(&texels, [i % 2, i / 2], cutoff, srgb), 0.25);
+        (0..4).fold(Self([0.0; 4]), quarter)
     }
-    Pixels { width, height, rgba }
-}
 
-fn average(texels: [[u8; 4]; 4], srgb: &SrgbTable) -> [u8; 4] {
-    let alpha_sum: f32 = texels.iter().map(|texel| texel[3] as f32).sum();
-    let weight = |texel: &[u8; 4]| if alpha_sum > 0.0 { texel[3] as f32 / alpha_sum } else { 0.25 };
-    let channel = |c: usize| texels.iter().map(|texel| weight(texel) * srgb.linear(texel[c])).sum::<f32>();
-    let [r, g, b] = [channel(0), channel(1), channel(2)].map(srgb_from_linear);
-    [r, g, b, (alpha_sum / 4.0 + 0.5) as u8]
-}
-
-fn passes(alpha: u8, cutoff: f32) -> bool {
-    alpha as f32 / 255.0 >= cutoff
-}
-
-fn share_covered(pixels: &Pixels, cutoff: f32) -> f64 {
-    let covered = pixels.rgba.iter().skip(3).step_by(4).filter(|&&alpha| passes(alpha, cutoff)).count();
-    covered as f64 / (pixels.rgba.len() / 4) as f64
-}
-
-/// Scales alpha so that a fraction `share` of all texels reaches the cutoff, as closely as 8 bits
-/// allow.
-fn rescale_alpha(pixels: &mut Pixels, cutoff: f32, share: f64) {
-    let mut histogram = [0u32; 256];
-    pixels.rgba.iter().skip(3).step_by(4).for_each(|&alpha| histogram[alpha as usize] += 1);
-    if share == 0.0 {
-        return;
-    }
-    let wanted = share * (pixels.rgba.len() / 4) as f64;
-    let mut reached = 0.0;
-    let mut threshold = None;
-    for alpha in (1..256).rev().filter(|&alpha| histogram[alpha] > 0) {
-        let count = histogram[alpha] as f64;
-        // Stop if leaving these texels out comes closer to the share than including them.
-        if threshold.is_some() && reached + 0.5 * count > wanted {
-            break;
+    /// Bilinearly filtered colour and alpha in the middle of a quarter of the middle texel.
+    fn filtered(texels: &[[[u8; 4]; 3]; 3], [right, low]: [usize; 2], cutoff: f32, srgb: &SrgbTable) -> Self {
+        let weights = [[0.25, 0.75], [0.75, 0.25]];
+        let (mut color, mut alpha) = ([0.0; 3], 0.0);
+        for (j, i) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let texel = texels[low + j][right + i];
+            let weight = weights[low][j] * weights[right][i] * (texel[3] as f32 + FAINT);
+            alpha += weight;
+            (0..3).for_each(|c| color[c] += srgb.linear(texel[c]) * weight);
         }
-        reached += count;
-        threshold = Some(alpha);
+        let coverage = if is_opaque(alpha, cutoff) { 1.0 + FAINT } else { FAINT };
+        let [r, g, b] = color.map(|sum| sum / alpha * coverage);
+        Self([r, g, b, coverage])
     }
-    let Some(threshold) = threshold else { return };
-    let scale = (cutoff * 255.0).ceil() / threshold as f32;
-    for alpha in pixels.rgba.iter_mut().skip(3).step_by(4) {
-        *alpha = (*alpha as f32 * scale).round().min(255.0) as u8;
+
+    fn of_texel([r, g, b, alpha]: [u8; 4], cutoff: f32, srgb: &SrgbTable) -> Self {
+        let weight = if is_opaque(alpha as f32, cutoff) { 1.0 + FAINT } else { FAINT };
+        let [r, g, b] = [r, g, b].map(|byte| srgb.linear(byte) * weight);
+        Self([r, g, b, weight])
     }
+
+    fn plus(self, other: Self, weight: f32) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] + other.0[i] * weight))
+    }
+
+    fn texel(self) -> [u8; 4] {
+        let [r, g, b, weight] = self.0;
+        let [r, g, b] = [r, g, b].map(|channel| srgb_from_linear(channel / weight));
+        [r, g, b, ((weight - FAINT) * 255.0 + 0.5) as u8]
+    }
+}
+
+/// One level before it is rounded.
+struct Sums {
+    size: [u32; 2],
+    sums: Vec<Sum>,
+}
+
+impl Sums {
+    /// The level below one of `from` texels; each of its texels is the mean of those under it.
+    fn halved(from: [u32; 2], at: impl Fn(u32, u32) -> Sum) -> Self {
+        let size = from.map(|side| (side / 2).max(1));
+        let [columns, rows] = [0, 1].map(|axis| taps(from[axis], size[axis]));
+        let mut sums = Vec::with_capacity(size[0] as usize * size[1] as usize);
+        for row in &rows {
+            for column in &columns {
+                let mut sum = Sum([0.0; 4]);
+                for &(y, weight_y) in row {
+                    sum = column.iter().fold(sum, |sum, &(x, weight_x)| sum.plus(at(x, y), weight_x * weight_y));
+                }
+                sums.push(sum);
+            }
+        }
+        Self { size, sums }
+    }
+
+    fn at(&self, x: u32, y: u32) -> Sum {
+        self.sums[y as usize * self.size[0] as usize + x as usize]
+    }
+
+    fn pixels(&self) -> Pixels {
+        let rgba = self.sums.iter().flat_map(|sum| sum.texel()).collect();
+        Pixels { width: self.size[0], height: self.size[1], rgba }
+    }
+}
+
+/// For each of `to` texels along an axis, the texels of `from` under it and the fraction of it that
+/// each of them takes.
+fn taps(from: u32, to: u32) -> Vec<Vec<(u32, f32)>> {
+    let ratio = f64::from(from) / f64::from(to);
+    let under = |texel: u32| {
+        let [start, end] = [texel, texel + 1].map(|edge| f64::from(edge) * ratio);
+        let inside = |i: u32| (f64::from(i) + 1.0).min(end) - f64::from(i).max(start);
+        let covered = (start as u32)..(end.ceil() as u32).min(from);
+        covered.map(|i| (i, (inside(i) / ratio) as f32)).filter(|&(_, weight)| weight > 0.0).collect()
+    };
+    (0..to).map(under).collect()
 }
 
 #[cfg(test)]
@@ -220,14 +287,37 @@ mod tests {
     }
 
     #[test]
-    fn every_level_covers_about_the_share_of_the_full_texture() {
+    fn every_level_covers_the_share_of_the_full_texture() {
         let srgb = SrgbTable::new();
-        let mips = Mips::new(disc(128, 20.0), [Wrap::Clamp; 2], Some(0.5), &srgb).unwrap();
-        let full = share_covered(&mips.levels[0], 0.5);
-        for level in &mips.levels[1..5] {
-            let one_ring = 0.35 * full + 1.0 / (level.width * level.height) as f64;
-            assert!((share_covered(level, 0.5) - full).abs() <= one_ring, "{} {full}", share_covered(level, 0.5));
+        for (side, radius) in [(128, 20.0), (100, 7.0), (97, 30.0), (64, 1.5)] {
+            let mips = Mips::new(disc(side, radius), [Wrap::Clamp; 2], Some(0.5), &srgb).unwrap();
+            let share = |level: &Pixels, value: fn(u8) -> f64| {
+                let alphas = level.rgba.iter().skip(3).step_by(4);
+                alphas.map(|&alpha| value(alpha)).sum::<f64>() / f64::from(level.width * level.height)
+            };
+            let full = share(&mips.levels[0], |alpha| f64::from(u8::from(alpha >= 128)));
+            for level in &mips.levels[1..] {
+                let share = share(level, |alpha| f64::from(alpha) / 255.0);
+                assert!((share - full).abs() <= 0.51 / 255.0, "{side}, {} texels: {share}, {full}", level.width);
+            }
+            assert_eq!(mips.levels.last().map(|last| (last.width, last.height)), Some((1, 1)));
         }
+    }
+
+    #[test]
+    fn a_texture_of_one_texel_has_one_level_and_soft_alpha_is_cut() {
+        let srgb = SrgbTable::new();
+        let levels = |width, height, rgba: &[u8]| {
+            let pixels = Pixels { width, height, rgba: rgba.to_vec() };
+            let mips = Mips::new(pixels, [Wrap::Clamp; 2], Some(0.5), &srgb).unwrap();
+            mips.levels.into_iter().map(|level| level.rgba).collect::<Vec<_>>()
+        };
+        assert_eq!(levels(1, 1, &[10, 20, 30, 100]), [[10, 20, 30, 100]]);
+        // Of two texels, one passes the test, at an alpha of 60 %; the filter mixes a little of the
+        // other into its edge.
+        let [red, _, _, coverage] = levels(2, 1, &[10, 20, 30, 153, 200, 200, 200, 100])[1][..] else { panic!() };
+        assert_eq!(coverage, 128);
+        assert!((11..100).contains(&red), "{red}");
     }
 
     #[test]

@@ -35,6 +35,6 @@ pub use landscape::{Ground, Landscape, Rays};
 pub use light::Lighting;
 pub use look::{Coloring, Look, Variant};
 pub use shader::ShaderSource;
-pub use stems::{Levels, Stems};
+pub use stems::{DrawnStems, Levels, Stems};
 pub use sun::SunView;
 pub use upload::{MaterialLeaves, Upload};

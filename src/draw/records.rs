@@ -35,6 +35,10 @@ pub struct InstanceRecord {
     pub before: u32,
     /// Jitter of the picture, in clip space.
     pub jitter: [f32; 2],
+    /// Least width of a drawn stem, in local space; see [`Levels`](super::Levels).
+    pub stem_width: f32,
+    /// Padding to a multiple of 16 bytes.
+    pub padding: [f32; 3],
 }
 
 /// Value of [`InstanceRecord::first_scale`] for a plant without drawn scales of its own; they come
@@ -44,6 +48,10 @@ pub const NO_SCALES: u32 = u32::MAX;
 /// Number of indices in one run, which is one instance of a leaf draw. A run holds 64 two-triangle
 /// leaves.
 pub const RUN_INDICES: u32 = 384;
+
+/// Mip levels between the part of a texture that a surface shows and the coarsest level that it is
+/// sampled at: a quarter of its width, since larger texels mix in what lies beside it.
+pub const LEVELS_ACROSS: f32 = 2.0;
 
 /// The mean colour and contrast of one plant, as `contrast.wgsl` reads it.
 #[repr(C)]
@@ -83,6 +91,8 @@ pub struct LeafRecord {
     pub first_event: u32,
     /// One past the leaf's last event.
     pub end_event: u32,
+    /// Width and height of the part of the texture that the leaf shows, in texture coordinates.
+    pub uv_size: [f32; 2],
 }
 
 /// One event of the timeline as `leaf_pass.wgsl` reads it.
@@ -109,6 +119,8 @@ pub struct WoodVertex {
     pub color: [f32; 3],
     /// Index into the materials.
     pub material: u32,
+    /// Width of the stem in local space; see [`Stems::widths`](super::Stems::widths).
+    pub width: f32,
 }
 
 /// One material as `surface.wgsl` reads it.
@@ -117,7 +129,7 @@ pub struct WoodVertex {
 pub struct MaterialRecord {
     /// Linear colour factor.
     pub base_color: [f32; 4],
-    /// Alpha at or above which a texel is opaque; 0 if all texels are.
+    /// Alpha of the full texture at or above which a texel is opaque; 0 if all texels are.
     pub cutoff: f32,
     /// Layer of the texture array.
     pub layer: u32,

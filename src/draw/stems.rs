@@ -1,32 +1,52 @@
-//! Wood of a model sorted by the thickness of its stems, so that stems too thin to be seen need not
-//! be drawn.
+//! Wood of a model sorted so that stems too thin to be seen need not be drawn.
 //!
-//! A stem is a connected piece of wood. Its thickness is that of a tube with the same length and
-//! surface area. Plants whose wood is a single piece keep all of it.
+//! A stem is a connected piece of wood. Its width is that of a tube with the same length and
+//! surface area. Stems thinner than a given width are drawn with a probability of their width over
+//! the given one, and as wide as that: fewer stems cover as much as all of them would, as in R.
+//! Cook et al., *Stochastic Simplification of Aggregate Detail* (2007), for leaves. A stem's random
+//! number is fixed, and divides its width when stems are sorted, so that the stems drawn are a
+//! prefix at any width. The widest stem is always drawn.
+//!
+//! Limits: plants whose wood is a single piece keep all of it. Stems widen along their normals.
 
-use crate::{model::FoliageModel, plant::Wood};
-use glam::Vec3;
+use crate::{bounds::Aabb, model::FoliageModel, plant::Wood};
+use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Thickness levels per octave: consecutive levels differ by a factor of the square root of two.
+/// Levels per octave: consecutive levels differ by a factor of the square root of two.
 const STEPS_PER_OCTAVE: f32 = 2.0;
+/// Step between the random numbers of stems of successive width, modulo 1: the golden ratio spreads
+/// them evenly, so that among stems of about the same width the right share is drawn.
+const RANDOM_STEP: f64 = 0.618_033_988_749_894_9;
 
-/// Wood in order of decreasing thickness.
+/// Wood in drawing order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stems {
     /// Index and material of each corner, three per triangle.
     pub corners: Vec<(u32, u32)>,
-    /// Number of wood corners to draw for each minimum thickness.
+    /// Width of the stem of each wood vertex. Negative for the stem that is always drawn, which is
+    /// widened but covers only as much as it would at its own width; infinite if it branches, and
+    /// is not widened.
+    pub widths: Vec<f32>,
+    /// Stems to draw for each width.
     pub levels: Levels,
 }
 
-/// Number of wood corners to draw for each minimum thickness.
+/// Stems to draw for each width.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Levels {
-    /// A thickness, and the number of corners of all stems thicker than it; in order of decreasing
-    /// thickness.
-    cuts: Vec<(f32, u32)>,
+    /// A level, and the number of corners of all stems above it; in descending order.
+    cuts: Vec<(i32, u32)>,
     all: u32,
+}
+
+/// Stems that are drawn for a least width.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrawnStems {
+    /// Number of corners to draw.
+    pub corners: u32,
+    /// Width of the drawn stems that are thinner than this, in plant units.
+    pub width: f32,
 }
 
 impl Stems {
@@ -35,30 +55,60 @@ impl Stems {
         let wood = &model.wood;
         let triangles: Vec<([u32; 3], u32)> = wood.parts.iter().flat_map(|part| of_part(wood, part)).collect();
         let stem_of = stems(wood, &triangles);
-        let steps: HashMap<u32, i32> = thicknesses(wood, &triangles, &stem_of)
-            .into_iter()
-            .map(|(stem, thickness)| (stem, (thickness.max(f32::MIN_POSITIVE).log2() * STEPS_PER_OCTAVE).ceil() as i32))
-            .collect();
+        let measures = measures(wood, &triangles, &stem_of);
+        let level_of = sorting_levels(&measures);
         let mut order: Vec<usize> = (0..triangles.len()).collect();
-        order.sort_by_key(|&i| std::cmp::Reverse(steps[&stem_of[i]]));
+        order.sort_by_key(|&i| std::cmp::Reverse(level_of[&stem_of[i]]));
         let corners = order.iter().flat_map(|&i| triangles[i].0.map(|index| (index, triangles[i].1))).collect();
-        let mut cuts: Vec<(f32, u32)> = Vec::new();
+        let mut cuts: Vec<(i32, u32)> = Vec::new();
         for (place, &i) in order.iter().enumerate() {
-            let thickness = (steps[&stem_of[i]] as f32 / STEPS_PER_OCTAVE).exp2();
-            if cuts.last().is_none_or(|cut| cut.0 != thickness) {
-                cuts.push((thickness, 3 * place as u32));
+            let level = level_of[&stem_of[i]];
+            if cuts.last().is_none_or(|cut| cut.0 != level) {
+                cuts.push((level, 3 * place as u32));
             }
         }
-        let all = 3 * triangles.len() as u32;
-        Self { corners, levels: Levels { cuts, all } }
+        let mut widths = vec![f32::INFINITY; wood.vertices.len()];
+        for ((corners, _), stem) in triangles.iter().zip(&stem_of) {
+            let Measure { width, is_tube } = measures[stem];
+            let width = match (level_of[stem] == ALWAYS, is_tube) {
+                (false, _) => width,
+                (true, true) => -width,
+                (true, false) => f32::INFINITY,
+            };
+            corners.iter().for_each(|&corner| widths[corner as usize] = width);
+        }
+        Self { corners, widths, levels: Levels { cuts, all: 3 * triangles.len() as u32 } }
     }
 }
 
+/// Level of the stem that is always drawn.
+const ALWAYS: i32 = i32::MAX;
+
+/// For each stem, the level of its width over its random number.
+fn sorting_levels(measures: &HashMap<u32, Measure>) -> HashMap<u32, i32> {
+    let mut by_width: Vec<(u32, f32)> = measures.iter().map(|(&stem, measure)| (stem, measure.width)).collect();
+    by_width.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    let level = |(rank, (stem, width)): (usize, (u32, f32))| {
+        let random = (rank as f64 * RANDOM_STEP).fract() as f32;
+        (stem, if rank == 0 { ALWAYS } else { level(width / random) })
+    };
+    by_width.into_iter().enumerate().map(level).collect()
+}
+
+/// Level of a width, rounded up.
+fn level(width: f32) -> i32 {
+    (width.max(f32::MIN_POSITIVE).log2() * STEPS_PER_OCTAVE).ceil() as i32
+}
+
 impl Levels {
-    /// Number of corners of all stems at least as thick as `thickness`.
-    pub fn at_least(&self, thickness: f32) -> u32 {
-        let thin = self.cuts.partition_point(|cut| cut.0 >= thickness);
-        self.cuts.get(thin).map_or(self.all, |cut| cut.1)
+    /// The stems to draw so that those at least `width` wide, in plant units, are all drawn, and
+    /// the thinner ones cover as much as all of them would.
+    pub fn drawn(&self, width: f32) -> DrawnStems {
+        let least = level(width);
+        let thin = self.cuts.partition_point(|cut| cut.0 >= least);
+        let corners = self.cuts.get(thin).map_or(self.all, |cut| cut.1);
+        // A stem is drawn if its width over its random number exceeds the level below.
+        DrawnStems { corners, width: ((least - 1) as f32 / STEPS_PER_OCTAVE).exp2() }
     }
 }
 
@@ -92,21 +142,54 @@ fn root(parent: &mut [u32], mut at: u32) -> u32 {
     at
 }
 
-/// Thickness of each stem: surface area over pi times length, the diagonal of its bounding box.
-fn thicknesses(wood: &Wood, triangles: &[([u32; 3], u32)], stem_of: &[u32]) -> HashMap<u32, f32> {
-    let mut sums: HashMap<u32, (f32, Vec3, Vec3)> = HashMap::new();
-    for ((corners, _), &stem) in triangles.iter().zip(stem_of) {
-        let [a, b, c] = corners.map(|corner| Vec3::from(wood.vertices[corner as usize].position));
-        let (area, low, high) = sums.entry(stem).or_insert((0.0, a, a));
-        *area += 0.5 * (b - a).cross(c - a).length();
-        *low = low.min(a).min(b).min(c);
-        *high = high.max(a).max(b).max(c);
+/// Width of a stem, and whether it is a single tube.
+#[derive(Debug, Clone, Copy)]
+struct Measure {
+    width: f32,
+    is_tube: bool,
+}
+
+/// Range of the width computed from a stem's volume over that from its length for a single tube. An
+/// open tube encloses two thirds of its volume as seen from its middle; branches add area but no
+/// length. A square tube's ratio is four fifths of a round one's.
+const TUBE: std::ops::Range<f64> = 0.4..1.5;
+
+/// Sums over the triangles of a stem.
+#[derive(Debug, Clone, Copy)]
+struct Totals {
+    area: f64,
+    bounds: Aabb,
+    /// Six times the volume as seen from the origin, and the sum of the doubled area vectors.
+    volume: (f64, DVec3),
+}
+
+impl Totals {
+    fn add(&mut self, corners: [Vec3; 3]) {
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let across = (b - a).cross(c - a);
+        self.area += 0.5 * across.length();
+        self.volume.0 += a.dot(across);
+        self.volume.1 += across;
+        corners.iter().for_each(|corner| self.bounds.add(corner.to_array()));
     }
-    let thickness = |(area, low, high): (f32, Vec3, Vec3)| {
-        let thickness = area / (std::f32::consts::PI * low.distance(high));
-        if thickness.is_finite() { thickness } else { f32::MAX }
-    };
-    sums.into_iter().map(|(stem, sum)| (stem, thickness(sum))).collect()
+
+    /// Width from surface area over pi times length, the diagonal of the bounding box.
+    fn measure(&self) -> Measure {
+        let width = self.area / (std::f64::consts::PI * self.bounds.size().as_dvec3().length());
+        let volume = (self.volume.0 - self.bounds.center().dot(self.volume.1)).abs() / 6.0;
+        let is_tube = TUBE.contains(&(4.0 * volume / self.area / width));
+        Measure { width: if width.is_finite() { width as f32 } else { f32::MAX }, is_tube }
+    }
+}
+
+fn measures(wood: &Wood, triangles: &[([u32; 3], u32)], stem_of: &[u32]) -> HashMap<u32, Measure> {
+    let mut totals: HashMap<u32, Totals> = HashMap::new();
+    for ((corners, _), &stem) in triangles.iter().zip(stem_of) {
+        let corners = corners.map(|corner| Vec3::from(wood.vertices[corner as usize].position));
+        let none = Totals { area: 0.0, bounds: Aabb::EMPTY, volume: (0.0, DVec3::ZERO) };
+        totals.entry(stem).or_insert(none).add(corners);
+    }
+    totals.into_iter().map(|(stem, totals)| (stem, totals.measure())).collect()
 }
 
 #[cfg(test)]
@@ -137,18 +220,43 @@ mod tests {
         FoliageModel { plant: crate::plant::PlantOf { wood, ..Default::default() }, ..Default::default() }
     }
 
-    #[test]
-    fn thin_stems_come_last_and_are_cut_off_first() {
-        let model = tubes(&[(0.01, 5.0), (1.0, 30.0), (0.1, 10.0), (0.01, 3.0)]);
+    /// Stems of widths from 0.01 to 1, each 10 long.
+    fn many() -> (FoliageModel, Vec<f32>) {
+        let sizes: Vec<(f32, f32)> = (0..400).map(|i| (0.01 * 100_f32.powf(i as f32 / 399.0), 10.0)).collect();
+        let model = tubes(&sizes);
         let stems = Stems::new(&model);
-        assert_eq!(stems.corners.len(), 4 * 24);
-        let first_stem = stems.corners[..24].iter().all(|&(corner, _)| (8..16).contains(&corner));
-        let second_stem = stems.corners[24..48].iter().all(|&(corner, _)| (16..24).contains(&corner));
-        assert!(first_stem && second_stem);
-        for thickness in [0.0, 0.005] {
-            assert_eq!(stems.levels.at_least(thickness), 96, "{thickness}");
+        let widths = (0..400).map(|i| 4.0 * sizes[i].0 / std::f32::consts::PI).collect();
+        assert_eq!(stems.widths.len(), model.wood.vertices.len());
+        (model, widths)
+    }
+
+    #[test]
+    fn drawn_stems_cover_what_all_of_them_would() {
+        let (model, widths) = many();
+        let stems = Stems::new(&model);
+        let all: f32 = widths.iter().sum();
+        for least in [0.003, 0.02, 0.1, 0.5, 1.0] {
+            let DrawnStems { corners, width } = stems.levels.drawn(least);
+            assert!(width < least && width * 1.42 > least, "{width} for {least}");
+            let drawn: Vec<usize> =
+                stems.corners[..corners as usize].iter().map(|corner| corner.0 as usize / 8).collect();
+            let mut drawn: Vec<usize> = drawn;
+            drawn.dedup();
+            let covered: f32 =
+                drawn.iter().map(|&stem| if stem == 399 { widths[stem] } else { widths[stem].max(width) }).sum();
+            assert!((covered - all).abs() < 0.05 * all, "{least}: {covered} of {all}");
+            let missing = (0..400).filter(|&stem| widths[stem] > least && !drawn.contains(&stem)).count();
+            assert_eq!(missing, 0, "{least}");
         }
-        assert_eq!([0.05, 0.5, 5.0].map(|thickness| stems.levels.at_least(thickness)), [48, 24, 0]);
+        assert_eq!(stems.levels.drawn(0.0).corners, 400 * 24);
+    }
+
+    #[test]
+    fn the_widest_stem_is_drawn_at_any_width() {
+        let (model, _) = many();
+        let stems = Stems::new(&model);
+        assert_eq!(stems.levels.drawn(1e9).corners, 24);
+        assert!(stems.corners[..24].iter().all(|&(corner, _)| stems.widths[corner as usize] < 0.0));
     }
 
     #[test]
@@ -159,6 +267,6 @@ mod tests {
         sorted.sort_unstable();
         all.sort_unstable();
         assert_eq!(sorted, all);
-        assert_eq!(Stems::new(&FoliageModel::default()).levels.at_least(0.0), 0);
+        assert_eq!(Stems::new(&FoliageModel::default()).levels.drawn(0.0).corners, 0);
     }
 }

@@ -5,7 +5,7 @@
 
 use super::{
     records::{CrownRecord, Event, LeafRecord, LeafVertex, WoodVertex},
-    stems::{Levels, Stems},
+    stems::{DrawnStems, Levels, Stems},
 };
 use crate::{
     bounds::Aabb,
@@ -36,7 +36,7 @@ pub struct Upload {
     pub crown: CrownRecord,
     /// Vertices of the wood: one for each pair of a vertex and a material.
     pub wood_vertices: Vec<WoodVertex>,
-    /// Three indices per wood triangle, the thickest stems first.
+    /// Three indices per wood triangle, in the order in which stems may be left out.
     pub wood_indices: Vec<u32>,
     /// Entry n: one past the last index of the first n leaves.
     ends: Vec<u32>,
@@ -92,9 +92,10 @@ impl Upload {
         self.ends[(n as usize).min(self.ends.len() - 1)]
     }
 
-    /// Number of wood indices of all stems at least `thickness` thick, in plant units.
-    pub fn wood_end(&self, thickness: f32) -> u32 {
-        self.stems.at_least(thickness)
+    /// Wood indices to draw so that all stems at least `width` wide, in plant units, are drawn, and
+    /// the width to which drawn stems that are thinner must be widened.
+    pub fn wood_end(&self, width: f32) -> DrawnStems {
+        self.stems.drawn(width)
     }
 
     /// Leaves grouped by material, without empty groups, for engines that draw one mesh per
@@ -144,9 +145,20 @@ fn leaf_records(model: &FoliageModel, center: DVec3) -> (Vec<LeafRecord>, Vec<Ev
         material: leaf.material,
         first_event: events[0],
         end_event: events[1],
+        uv_size: uv_size(&model.vertices[leaf.geometry().vertex_range()]),
     });
     let events = timeline.events().iter().zip(timeline.scales()).map(|(&leaf, &scale)| Event { leaf, scale });
     (leaves.collect(), events.collect())
+}
+
+/// Width and height of the part of a texture that the vertices span.
+fn uv_size(vertices: &[Vertex]) -> [f32; 2] {
+    [0, 1].map(|axis| {
+        let values = vertices.iter().map(|vertex| vertex.uv[axis]);
+        let (low, high) =
+            values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), uv| (low.min(uv), high.max(uv)));
+        (high - low).max(0.0)
+    })
 }
 
 fn crown_record(model: &FoliageModel, center: DVec3) -> CrownRecord {
@@ -167,7 +179,8 @@ fn wood(model: &FoliageModel, center: DVec3, stems: &Stems) -> (Vec<WoodVertex>,
     for &(index, material) in &stems.corners {
         let copy = *copies.entry((index, material)).or_insert_with(|| {
             let Vertex { position, normal, uv, color } = model.wood.vertices[index as usize];
-            vertices.push(WoodVertex { position: local(position, center), normal, uv, color: rgb(color), material });
+            let (position, color, width) = (local(position, center), rgb(color), stems.widths[index as usize]);
+            vertices.push(WoodVertex { position, normal, uv, color, material, width });
             vertices.len() as u32 - 1
         });
         indices.push(copy);

@@ -97,6 +97,19 @@ pub fn leaf_count(lod: f32, leaves: u32, min_leaves: u32) -> u32 {
     wanted.max(min_leaves).min(leaves)
 }
 
+/// Returns the active count of `model` for `lod`: [`leaf_count`] without a minimum, except that a
+/// plant without wood keeps [`fewest_visible`] at any LOD above 0.
+pub fn active_count(model: &FoliageModel, lod: f32) -> u32 {
+    let least = if lod > 0.0 { fewest_visible(model) } else { 0 };
+    leaf_count(lod, model.leaves.len() as u32, least)
+}
+
+/// Returns the fewest leaves with which something of `model` can be seen: none if it has wood, one
+/// if it has not.
+pub fn fewest_visible(model: &FoliageModel) -> u32 {
+    u32::from(model.wood.indices.is_empty()).min(model.leaves.len() as u32)
+}
+
 /// Minimum fraction of the leaves of a plant that is still drawn: with fewer, each remaining leaf
 /// is a large part of the silhouette, and the wood looks bare.
 const FLOOR_SHARE: f32 = 0.02;

@@ -1,7 +1,7 @@
 //! Run time: from how a plant is seen to the number of leaves drawn and their scales.
 //!
 //! ```text
-//! Sight --LodPolicy--> LOD in 0..=1 --leaf_count--> n --Hysteresis--> n
+//! Sight --LodPolicy--> LOD in 0..=1 --active_count--> n --Hysteresis--> n
 //! n --Swap::set_active--> changed scales
 //! ```
 //!
@@ -13,6 +13,7 @@ mod lod;
 pub(crate) mod swap;
 
 pub use lod::{
-    Blend, CookLambda, Hysteresis, LodPolicy, PixelError, REFERENCE_FOV_Y, Sight, Sizes, fewest_leaves, leaf_count,
+    Blend, CookLambda, Hysteresis, LodPolicy, PixelError, REFERENCE_FOV_Y, Sight, Sizes, active_count, fewest_leaves,
+    fewest_visible, leaf_count,
 };
 pub use swap::{BLOCK_LEAVES, Swap};

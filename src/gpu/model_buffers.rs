@@ -24,7 +24,7 @@ pub(super) struct ModelBuffers {
 /// Vertex and index buffer of a model's wood.
 pub(super) struct WoodBuffers {
     pub(super) vertices: wgpu::Buffer,
-    /// Indices of triangles, the thickest stems first.
+    /// Indices of triangles, in the order in which stems may be left out.
     pub(super) indices: wgpu::Buffer,
 }
 

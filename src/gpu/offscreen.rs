@@ -21,7 +21,8 @@ pub const MOTION: TargetFormat =
 pub struct Offscreen {
     gpu: GpuDevice,
     size: [u32; 2],
-    samples: wgpu::TextureView,
+    /// The multisampled texture; `None` with one sample per pixel.
+    samples: Option<wgpu::TextureView>,
     depth: wgpu::TextureView,
     resolved: wgpu::Texture,
     readback: wgpu::Buffer,
@@ -29,12 +30,23 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// Creates a target of `size` (width, height) in pixels.
+    /// Creates a target of `size` (width, height) in pixels, for renderers with the format
+    /// [`TARGET`].
     ///
     /// # Errors
     /// [`Error::InvalidOption`] if a side is 0 or exceeds the device's texture limit;
     /// [`Error::Gpu`] if the device fails.
     pub fn new(gpu: &GpuDevice, size: [u32; 2]) -> Result<Self> {
+        Self::with_samples(gpu, size, TARGET.samples)
+    }
+
+    /// Same as [`new`](Self::new), for renderers with another sample count: 1 or 4, which every
+    /// adapter supports.
+    ///
+    /// # Errors
+    /// Same as [`new`](Self::new).
+    pub fn with_samples(gpu: &GpuDevice, size: [u32; 2], samples: u32) -> Result<Self> {
+        let format = TargetFormat { samples, ..TARGET };
         let largest = gpu.device().limits().max_texture_dimension_2d;
         if size.iter().any(|side| !(1..=largest).contains(side)) {
             return Err(Error::invalid(
@@ -48,8 +60,8 @@ impl Offscreen {
         let view = |texture: wgpu::Texture| texture.create_view(&Default::default());
         let resolved = texture(TARGET.color, 1, Usage::RENDER_ATTACHMENT | Usage::COPY_SRC);
         let target = Self {
-            samples: view(texture(TARGET.color, TARGET.samples, Usage::RENDER_ATTACHMENT)),
-            depth: view(texture(TARGET.depth, TARGET.samples, Usage::RENDER_ATTACHMENT)),
+            samples: (samples > 1).then(|| view(texture(format.color, samples, Usage::RENDER_ATTACHMENT))),
+            depth: view(texture(format.depth, samples, Usage::RENDER_ATTACHMENT)),
             readback: buffer(
                 gpu.device(),
                 "picture",
@@ -57,7 +69,7 @@ impl Offscreen {
                 u64::from(row_bytes(size[0], &resolved)) * u64::from(size[1]),
             ),
             resolved,
-            backdrop: Backdrop::new(gpu.device(), TARGET),
+            backdrop: Backdrop::new(gpu.device(), format),
             gpu: gpu.clone(),
             size,
         };
@@ -77,7 +89,7 @@ impl Offscreen {
     /// [`Error::Gpu`] if the device fails or does not respond.
     pub fn draw(&self, foliage: &FoliageRenderer) -> Result<()> {
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
-        self.encode(&mut encoder, foliage);
+        self.encode(&mut encoder, foliage, true);
         self.gpu.wait(self.gpu.submit([encoder.finish()])?, LONGEST_WAIT)
     }
 
@@ -86,8 +98,21 @@ impl Offscreen {
     /// # Errors
     /// [`Error::Gpu`] if the device fails or does not respond.
     pub fn picture(&self, foliage: &FoliageRenderer) -> Result<Image> {
+        self.read_picture(foliage, true)
+    }
+
+    /// Draws the frame prepared by `foliage` without a backdrop, and reads it back: alpha is the
+    /// fraction of a pixel's samples that are covered, and the linear colour is multiplied by it.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] if the device fails or does not respond.
+    pub fn cutout(&self, foliage: &FoliageRenderer) -> Result<Image> {
+        self.read_picture(foliage, false)
+    }
+
+    fn read_picture(&self, foliage: &FoliageRenderer, has_backdrop: bool) -> Result<Image> {
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
-        self.encode(&mut encoder, foliage);
+        self.encode(&mut encoder, foliage, has_backdrop);
         let [width, height] = self.size;
         let rgba = self.read(encoder, &self.resolved, &self.readback)?;
         Ok(Image { width, height, rgba })
@@ -161,21 +186,24 @@ impl Offscreen {
         Ok(bytes)
     }
 
-    fn encode(&self, encoder: &mut wgpu::CommandEncoder, foliage: &FoliageRenderer) {
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, foliage: &FoliageRenderer, has_backdrop: bool) {
         foliage.render_before(encoder);
         let resolved = self.resolved.create_view(&Default::default());
+        let store = if self.samples.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("offscreen"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &self.samples,
+                view: self.samples.as_ref().unwrap_or(&resolved),
                 depth_slice: None,
-                resolve_target: Some(&resolved),
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
+                resolve_target: self.samples.as_ref().map(|_| &resolved),
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store },
             })],
             depth_stencil_attachment: Some(cleared(&self.depth, foliage)),
             ..Default::default()
         });
-        self.backdrop.render(&mut pass);
+        if has_backdrop {
+            self.backdrop.render(&mut pass);
+        }
         foliage.render(&mut pass);
     }
 }

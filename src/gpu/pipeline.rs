@@ -72,13 +72,13 @@ impl PassDescription<'_> {
             },
             ..Default::default()
         };
-        // Plants write their coverage to the sample mask, not to the target's alpha.
-        let write_mask = if is_surface { wgpu::ColorWrites::COLOR } else { wgpu::ColorWrites::ALL };
         let compare = match (is_surface, depth_order) {
             (false, _) => wgpu::CompareFunction::Always,
             (true, Depth::Reversed) => wgpu::CompareFunction::Greater,
             (true, Depth::Standard) => wgpu::CompareFunction::Less,
         };
+        // Plants write an alpha of 1 to the samples that they cover.
+        let write_mask = wgpu::ColorWrites::ALL;
         let color_target = color.map(|format| wgpu::ColorTargetState { format, blend: None, write_mask });
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(self.name),

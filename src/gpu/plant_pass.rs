@@ -30,9 +30,10 @@ pub(super) enum Part {
 
 /// Instance attributes of a run: the index of the plant's record, and of the run within the plant.
 const RUN: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Uint32x2];
-/// Vertex attributes of the wood: position, normal, texture coordinates, colour and material.
-const WOOD: [wgpu::VertexAttribute; 5] =
-    wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 3 => Float32x3, 4 => Uint32];
+/// Vertex attributes of the wood: position, normal, texture coordinates, colour, material and width
+/// of the stem.
+const WOOD: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
+    0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 3 => Float32x3, 4 => Uint32, 5 => Float32];
 
 /// Compiles the pipeline that draws `part` into `target` for one variant.
 pub(super) fn pipeline(

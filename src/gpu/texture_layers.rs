@@ -1,5 +1,5 @@
-//! Textures of a model as layers of one texture array, scaled to one size, with mip levels that
-//! preserve alpha-test coverage.
+//! Textures of a model as layers of one texture array, scaled to one size, with mip levels whose
+//! alpha is coverage.
 
 use crate::{
     Error, Result,
@@ -17,19 +17,25 @@ const MAX_LAYER_SIDE: u32 = 2048;
 /// Maximum number of texels in all layers of a model: 256 MiB without mip levels.
 const MAX_TEXELS: u64 = 1 << 26;
 
+/// Cutoff of a material of which nothing is drawn: so far above any alpha that not even a soft edge
+/// reaches it.
+const BEYOND_REACH: f32 = 1e9;
+
 /// Texture array of a model: a white layer, then one layer for each pair of texture and alpha
-/// cutoff in use.
+/// cutoff of its texels in use.
 pub(super) struct Layers {
     size: [u32; 2],
     layers: Vec<Mips>,
+    /// For each layer but the white one, whether no texel of its texture reaches the cutoff.
+    is_clear: Vec<bool>,
     /// Layer index of each material.
     of_material: Vec<u32>,
 }
 
 impl Layers {
     pub(super) fn new(device: &wgpu::Device, model: &FoliageModel) -> Result<Self> {
-        // Pairs of a texture and the bits of its alpha cutoff, because mip levels preserve the
-        // fraction of texels that pass the alpha test.
+        // Pairs of a texture and the bits of its alpha cutoff, because the alpha of mip levels is
+        // the fraction of texels that pass the alpha test.
         let mut uses: Vec<(usize, Option<u32>)> = Vec::new();
         let mut of_material = Vec::with_capacity(model.materials.len());
         for material in &model.materials {
@@ -37,7 +43,7 @@ impl Layers {
             of_material.push(match texture.filter(|&texture| texture < model.textures.len()) {
                 None => 0,
                 Some(texture) => {
-                    let wanted = (texture, material.cutoff().map(f32::to_bits));
+                    let wanted = (texture, material.texture_cutoff().map(f32::to_bits));
                     let place = uses.iter().position(|&used| used == wanted);
                     place.unwrap_or_else(|| {
                         uses.push(wanted);
@@ -60,18 +66,26 @@ impl Layers {
         let white =
             Pixels { width: size[0], height: size[1], rgba: vec![255; 4 * size[0] as usize * size[1] as usize] };
         let mut layers: Vec<Mips> = Mips::new(white, Default::default(), None, &srgb).into_iter().collect();
+        let cutoffs = uses.iter().map(|(_, cutoff)| cutoff.map(f32::from_bits));
+        let is_clear = decoded.iter().zip(cutoffs).map(|(pixels, cutoff)| is_clear(pixels, cutoff)).collect();
         for (pixels, (_, cutoff)) in decoded.into_iter().zip(&uses) {
             let pixels = scaled_to(pixels, size);
             layers.extend(Mips::new(pixels, Default::default(), cutoff.map(f32::from_bits), &srgb));
         }
-        Ok(Self { size, layers, of_material })
+        Ok(Self { size, layers, is_clear, of_material })
     }
 
     pub(super) fn material(&self, index: usize, material: &Material) -> MaterialRecord {
         let layer = self.of_material[index];
+        let cutoff = match layer.checked_sub(1) {
+            Some(texture) if self.is_clear[texture as usize] => BEYOND_REACH,
+            Some(_) => material.texture_cutoff().unwrap_or(0.0),
+            None if material.is_clear() => BEYOND_REACH,
+            None => 0.0,
+        };
         MaterialRecord {
             base_color: material.base_color,
-            cutoff: material.cutoff().filter(|_| layer > 0).unwrap_or(0.0),
+            cutoff,
             layer,
             wrap: material.wrap.map(wrap_number),
             is_two_sided: material.double_sided.into(),
@@ -81,7 +95,8 @@ impl Layers {
 
     pub(super) fn upload(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
         let [width, height] = self.size;
-        let levels = self.layers.first().map_or(1, |mips| mips.levels().len());
+        let levels = self.layers.first().map_or(1, Mips::count);
+        let srgb = SrgbTable::new();
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("foliage textures"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: self.layers.len() as u32 },
@@ -93,8 +108,8 @@ impl Layers {
             view_formats: &[],
         });
         for (layer, mips) in (0..).zip(&self.layers) {
-            for (level, pixels) in (0..).zip(mips.levels()) {
-                write_level(queue, &texture, layer, level, pixels);
+            for (level, pixels) in (0..).zip(mips.premultiplied(&srgb)) {
+                write_level(queue, &texture, layer, level, &pixels);
             }
         }
         let dimension = Some(wgpu::TextureViewDimension::D2Array);
@@ -112,6 +127,11 @@ fn write_level(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: u32, mip_lev
     let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * pixels.width), rows_per_image: None };
     let size = wgpu::Extent3d { width: pixels.width, height: pixels.height, depth_or_array_layers: 1 };
     queue.write_texture(destination, &pixels.rgba, rows, size);
+}
+
+fn is_clear(pixels: &Pixels, cutoff: Option<f32>) -> bool {
+    let reaches = |cutoff: f32| pixels.rgba.iter().skip(3).step_by(4).any(|&alpha| f32::from(alpha) / 255.0 >= cutoff);
+    cutoff.is_some_and(|cutoff| !reaches(cutoff))
 }
 
 /// Size of all layers: the largest width and height of any texture, halved to fit the limits; 1 x 1

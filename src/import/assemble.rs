@@ -1,12 +1,15 @@
 //! Builds the plant: leaves in canonical form, wood, and the materials in use.
 
 use super::{
-    Finding, Group, ImportOptions, Imported,
+    Finding, Group, ImportOptions, Imported, Warning, WarningKind, cards,
     crossed::{self, Card},
     fault::{Fault, limit},
-    foliage,
+    foliage::{self, Judgement},
+    marks, named,
+    opacity::Shades,
     pieces::pieces,
     pivot::{self, WoodSurface},
+    plants,
     source::{Part, Place, Source},
 };
 use crate::{
@@ -28,21 +31,31 @@ struct Leaf {
 
 /// Builds the plant in `source`.
 pub(super) fn plant(source: Source, options: &ImportOptions) -> Result<Imported, Fault> {
-    let pieces: Vec<Vec<Vec<u32>>> = source.meshes.iter().map(|mesh| pieces(&mesh.vertices, &mesh.indices)).collect();
-    let judgements = foliage::judge(&source, &pieces, options.leaves.as_deref())?;
+    let mut pieces: Vec<Vec<Vec<u32>>> =
+        source.meshes.iter().map(|mesh| pieces(&mesh.vertices, &mesh.indices)).collect();
+    let mut judgements = judge(&source, &pieces, &options.leaves)?;
+    let is_named = named::parts(&source, &options.leaves);
+    let may_separate = |part: usize| options.leaves.is_empty() || is_named[part].is_some();
+    if cards::separate(&source, &mut pieces, &judgements, may_separate) {
+        judgements = judge(&source, &pieces, &options.leaves)?;
+    }
+    let marks = if options.leaves.is_empty() { marks::warning(&source, &pieces, &judgements) } else { None };
     let mut leaves = Vec::new();
     let origin = source.origin();
+    let mut shades = Shades::new(&source.materials);
     let mut wood = WoodBuilder { origin, ..WoodBuilder::default() };
     for (part, judgement) in source.parts.iter().zip(&judgements) {
         let leaf_pieces = pieces[part.mesh].iter().zip(&judgement.is_leaf);
         let [mut of_leaves, mut of_wood] = [Vec::new(), Vec::new()];
         leaf_pieces.for_each(|(piece, is_leaf)| if *is_leaf { of_leaves.push(piece) } else { of_wood.push(piece) });
-        push_leaves(&source, part, &of_leaves, origin, &mut leaves)?;
-        wood.push(&source, part, &of_wood)?;
+        push_leaves(&source, part, &of_leaves, origin, (&mut leaves, &mut shades))?;
+        wood.push(&source, part, &of_wood, &mut shades)?;
     }
     if options.group == Group::Crossed {
         leaves = merge_crossed(leaves);
     }
+    let several = plants::several(&source, &judgements);
+    let (shaded, of_alpha) = shades.finish();
     limit("the number of leaves", leaves.len() as u64, MAX_LEAVES as u64)?;
     let findings = source.parts.iter().zip(judgements).map(|(part, judgement)| {
         let mesh = &source.meshes[part.mesh];
@@ -58,15 +71,23 @@ pub(super) fn plant(source: Source, options: &ImportOptions) -> Result<Imported,
     let findings = findings.collect();
     let mut plant = Plant { name: source.name, ..Plant::default() };
     push_all(&mut plant, leaves, wood);
-    keep_used_materials(&mut plant, source.materials, source.textures);
+    let materials = source.materials.into_iter().chain(shaded).collect();
+    keep_used_materials(&mut plant, materials, source.textures);
     let mut warnings = source.warnings;
+    warnings.extend(of_alpha.into_iter().chain(several).chain(marks));
     if origin != DVec3::ZERO {
         let at = origin.to_array();
-        warnings.push(format!(
+        let message = format!(
             "the plant was at {at:?}, too far from the origin for single precision, and has been moved to the origin"
-        ));
+        );
+        warnings.push(Warning::new(WarningKind::Moved, message, ""));
     }
     Ok(Imported { plant, origin: origin.to_array(), findings, warnings })
+}
+
+/// Classifies every part: by the names of `leaves`, or by its shape if there are none.
+fn judge(source: &Source, pieces: &[Vec<Vec<u32>>], leaves: &[String]) -> Result<Vec<Judgement>, Fault> {
+    if leaves.is_empty() { Ok(foliage::judge(source, pieces)) } else { named::judge(source, pieces, leaves) }
 }
 
 fn push_leaves(
@@ -74,15 +95,17 @@ fn push_leaves(
     part: &Part,
     pieces: &[&Vec<u32>],
     origin: DVec3,
-    leaves: &mut Vec<Leaf>,
+    (leaves, shades): (&mut Vec<Leaf>, &mut Shades),
 ) -> Result<(), Fault> {
     let mesh = &source.meshes[part.mesh];
     for place in part.places.iter() {
         let place = Place::new(place, origin);
         for piece in pieces {
-            let triangles = mesh.triangles_at(piece, &place);
+            let mut triangles = mesh.triangles_at(piece, &place);
             check_finite(&part.name, &triangles)?;
-            leaves.push(leaf(triangles, mesh.material));
+            if let Some(material) = shades.settle(mesh.material, &mut triangles) {
+                leaves.push(leaf(triangles, material));
+            }
         }
     }
     Ok(())
@@ -168,25 +191,36 @@ struct WoodBuilder {
     known: HashMap<[u32; 12], u32>,
     /// Indices of each material, in the order in which materials are first used.
     parts: Vec<(usize, Vec<u32>)>,
+    /// Part of each material.
+    part_of: HashMap<usize, usize>,
 }
 
 impl WoodBuilder {
     /// Appends the triangles with a non-zero area, in file order.
-    fn push(&mut self, source: &Source, part: &Part, pieces: &[&Vec<u32>]) -> Result<(), Fault> {
+    fn push(&mut self, source: &Source, part: &Part, pieces: &[&Vec<u32>], shades: &mut Shades) -> Result<(), Fault> {
         let mesh = &source.meshes[part.mesh];
         let mut all: Vec<u32> = pieces.iter().copied().flatten().copied().collect();
         all.sort_unstable();
         for place in part.places.iter() {
-            let triangles = mesh.triangles_at(&all, &Place::new(place, self.origin));
+            let mut triangles = mesh.triangles_at(&all, &Place::new(place, self.origin));
             check_finite(&part.name, &triangles)?;
-            let corners = triangles.iter().filter(|corners| has_area(corners)).flatten();
-            let indices: Vec<u32> = corners.map(|vertex| self.index(vertex)).collect();
-            match self.parts.iter_mut().find(|(material, _)| *material == mesh.material) {
-                Some((_, part)) => part.extend(indices),
-                None => self.parts.push((mesh.material, indices)),
+            for triangle in triangles.iter_mut().filter(|corners| has_area(corners)) {
+                let Some(material) = shades.settle(mesh.material, std::slice::from_mut(triangle)) else { continue };
+                let indices = triangle.each_ref().map(|vertex| self.index(vertex));
+                let part = self.part(material);
+                self.parts[part].1.extend(indices);
             }
         }
         Ok(())
+    }
+
+    /// The part of a material.
+    fn part(&mut self, material: usize) -> usize {
+        let part = *self.part_of.entry(material).or_insert(self.parts.len());
+        if part == self.parts.len() {
+            self.parts.push((material, Vec::new()));
+        }
+        part
     }
 
     fn index(&mut self, vertex: &Vertex) -> u32 {

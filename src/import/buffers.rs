@@ -4,10 +4,13 @@ use super::{fault::Fault, meshopt, uri};
 use ::gltf::json::{Index, Root, Value, buffer::View};
 use std::{borrow::Cow, collections::BTreeSet, path::Path};
 
-/// Maximum expansion of a valid compressed view: 16 zero deltas take a quarter of a byte.
+/// Maximum expansion of a valid compressed view: a block of 256 elements of four zero deltas each
+/// takes a byte.
+const MAX_VIEW_EXPANSION: u64 = 1024;
+/// Maximum expansion of all compressed views together, over the bytes of the file.
 const MAX_EXPANSION: u64 = 64;
-/// Name of the extension that compresses views.
-const MESHOPT: &str = "EXT_meshopt_compression";
+/// Names of the extensions that compress views: the same, but for the newest streams.
+const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 /// The bytes behind a file's buffer views.
 pub(super) struct Buffers<'a> {
@@ -83,22 +86,28 @@ impl<'a> Buffers<'a> {
     fn decompress(&mut self) -> Result<(), Fault> {
         let mut budget = self.total_bytes().saturating_mul(MAX_EXPANSION);
         for (i, view) in self.root.buffer_views.iter().enumerate() {
-            let extension = view.extensions.as_ref().and_then(|extensions| extensions.others.get(MESHOPT));
+            let extension = |name| Some((name, view.extensions.as_ref()?.others.get(name)?));
+            let extension = MESHOPT.into_iter().find_map(extension);
             let bytes = extension.map(|extension| self.decompress_view(i, extension, &mut budget)).transpose()?;
             self.decompressed.push(bytes);
         }
         Ok(())
     }
 
-    fn decompress_view(&self, view: usize, extension: &Value, budget: &mut u64) -> Result<Vec<u8>, Fault> {
-        let broken = |what: &str| Fault::broken(format!("buffer view {view}: {MESHOPT}: {what}"));
+    fn decompress_view(
+        &self,
+        view: usize,
+        (name, extension): (&str, &Value),
+        budget: &mut u64,
+    ) -> Result<Vec<u8>, Fault> {
+        let broken = |what: &str| Fault::broken(format!("buffer view {view}: {name}: {what}"));
         let number = |key: &str| extension.get(key).and_then(Value::as_u64);
         let required =
             |key: &str| number(key).ok_or_else(|| broken(&format!("{key} is missing or not a whole number")));
         let [buffer, length, count, stride] =
             [required("buffer")?, required("byteLength")?, required("count")?, required("byteStride")?];
         let encoded = self.slice(buffer, number("byteOffset").unwrap_or(0), length, view)?;
-        let size = count.checked_mul(stride).filter(|&size| size <= length.saturating_mul(MAX_EXPANSION));
+        let size = count.checked_mul(stride).filter(|&size| size <= length.saturating_mul(MAX_VIEW_EXPANSION));
         let size = size
             .filter(|size| size <= budget)
             .ok_or_else(|| broken(&format!("{count} elements of {stride} bytes cannot come from {length} bytes")))?;

@@ -1,5 +1,6 @@
 //! Errors inside the importer, before the path of the file is added.
 
+use super::source::listed;
 use crate::Error;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +14,9 @@ pub(super) enum Fault {
     /// A count above a documented limit.
     TooLarge { what: String, value: u64, limit: u64, fix: &'static str },
     /// The user named foliage that the file does not contain.
-    UnknownName { name: String, known: Vec<String> },
+    UnknownName { name: String, closest: Vec<String>, count: usize },
+    /// The user named a plant that the file does not contain.
+    UnknownPlant { name: String, known: Vec<String> },
     /// This file, or one that it refers to, could not be read.
     Io { path: PathBuf, source: std::io::Error },
 }
@@ -36,10 +39,17 @@ impl Fault {
             Self::TooLarge { what, value, limit, fix } => {
                 Error::TooLarge { what: format!("{}: {what}", path.display()), value, limit, fix: fix.to_owned() }
             }
-            Self::UnknownName { name, known } => {
-                let known = known.join(", ");
-                let allowed = format!("a material, node or mesh of {}: {}", path.display(), known.escape_debug());
+            Self::UnknownName { name, closest, count } => {
+                let all = if closest.len() < count { format!(", the closest of {count}") } else { String::new() };
+                let closest = closest.join(", ");
+                let allowed =
+                    format!("a material, node or mesh of {}{all}: {}", path.display(), closest.escape_debug());
                 Error::invalid("leaves", format!("{name:?}"), allowed)
+            }
+            Self::UnknownPlant { name, known } => {
+                let known = listed(&known.iter().map(String::as_str).collect::<Vec<_>>());
+                let allowed = format!("'*' or a node or object of {}, such as {known}", path.display());
+                Error::invalid("plant", format!("{name:?}"), allowed)
             }
             Self::Io { path, source } => Error::Io { path, source },
         }

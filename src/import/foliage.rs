@@ -11,7 +11,6 @@
 
 use super::{
     Verdict,
-    fault::Fault,
     source::{Mesh, Part, Source},
 };
 use crate::{bounds::Aabb, material::AlphaMode};
@@ -36,6 +35,10 @@ const ALIKE: f64 = 4.0;
 /// Maximum median size of opaque sheets, as a fraction of the size of the plant.
 const SMALL: f64 = 0.5;
 
+/// The reason why cards that were joined are not leaves, in a plant without any: `cards` has not
+/// separated them.
+const JOINED: &str = "; cards joined at their edges are separated only where their texture coordinates repeat";
+
 /// Classification of a part.
 #[derive(Debug, Clone)]
 pub(super) struct Judgement {
@@ -46,46 +49,15 @@ pub(super) struct Judgement {
 }
 
 /// Properties of a piece that its classification depends on.
-struct Shape {
+pub(super) struct Shape {
     triangles: usize,
     /// Diagonal of its bounding box, scaled as at the first place of the part.
     size: f64,
     is_sheet: bool,
 }
 
-/// Classifies every part. If `named` is set, exactly the parts with this material, node or mesh
-/// name are foliage, whatever their shape.
-pub(super) fn judge(source: &Source, pieces: &[Vec<Vec<u32>>], named: Option<&str>) -> Result<Vec<Judgement>, Fault> {
-    match named {
-        Some(name) => judge_by_name(source, pieces, name),
-        None => Ok(judge_by_shape(source, pieces)),
-    }
-}
-
-fn judge_by_name(source: &Source, pieces: &[Vec<Vec<u32>>], name: &str) -> Result<Vec<Judgement>, Fault> {
-    let judge = |part: &Part| {
-        let is_named = names(source, part).into_iter().any(|candidate| candidate == name);
-        let (verdict, reason) = match is_named {
-            true => (Verdict::Leaf, "named as foliage"),
-            false => (Verdict::Wood, "not named as foliage"),
-        };
-        Judgement { verdict, reason: reason.to_owned(), is_leaf: vec![is_named; pieces[part.mesh].len()] }
-    };
-    let judgements: Vec<Judgement> = source.parts.iter().map(judge).collect();
-    if judgements.iter().any(|judgement| judgement.verdict == Verdict::Leaf) {
-        return Ok(judgements);
-    }
-    let known: BTreeSet<&String> =
-        source.parts.iter().flat_map(|part| names(source, part)).filter(|name| !name.is_empty()).collect();
-    Err(Fault::UnknownName { name: name.to_owned(), known: known.into_iter().cloned().collect() })
-}
-
-fn names<'a>(source: &'a Source, part: &'a Part) -> [&'a String; 3] {
-    let mesh = &source.meshes[part.mesh];
-    [&source.materials[mesh.material].name, &part.name, &mesh.name]
-}
-
-fn judge_by_shape(source: &Source, pieces: &[Vec<Vec<u32>>]) -> Vec<Judgement> {
+/// Classifies every part by its shape.
+pub(super) fn judge(source: &Source, pieces: &[Vec<Vec<u32>>]) -> Vec<Judgement> {
     let plant_size = source.bounds().map_or(0.0, |[min, max]| min.distance(max));
     let shapes: Vec<Vec<Shape>> = source.parts.iter().map(|part| shapes(source, part, &pieces[part.mesh])).collect();
     let mut groups: BTreeMap<(usize, Option<usize>), Vec<usize>> = BTreeMap::new();
@@ -103,11 +75,20 @@ fn judge_by_shape(source: &Source, pieces: &[Vec<Vec<u32>>]) -> Vec<Judgement> {
             judgements[i] = Some(with_exceptions(Judgement { verdict, reason: reason.clone(), is_leaf }));
         }
     }
-    judgements.into_iter().flatten().collect()
+    let mut judgements: Vec<Judgement> = judgements.into_iter().flatten().collect();
+    if judgements.iter().all(|judgement| judgement.verdict == Verdict::Wood) {
+        for ((part, shapes), judgement) in source.parts.iter().zip(&shapes).zip(&mut judgements) {
+            let is_cut = source.stated_alpha[source.meshes[part.mesh].material] != AlphaMode::Opaque;
+            if is_cut && !shapes.iter().all(is_leaf_like) {
+                judgement.reason.push_str(JOINED);
+            }
+        }
+    }
+    judgements
 }
 
 /// Counts the pieces of foliage that are not leaves; a part with no other pieces is wood.
-fn with_exceptions(mut judgement: Judgement) -> Judgement {
+pub(super) fn with_exceptions(mut judgement: Judgement) -> Judgement {
     let exceptions = judgement.is_leaf.iter().filter(|is_leaf| !**is_leaf).count();
     if judgement.verdict == Verdict::Leaf && exceptions > 0 {
         judgement.reason.push_str(&format!("; pieces of another shape, which stay wood: {exceptions}"));
@@ -118,7 +99,17 @@ fn with_exceptions(mut judgement: Judgement) -> Judgement {
     judgement
 }
 
-fn is_leaf_like(shape: &Shape) -> bool {
+/// Whether a piece is a surface with a rim.
+pub(super) fn is_sheet(mesh: &Mesh, piece: &[u32]) -> bool {
+    shape(mesh, piece, 1.0).is_sheet
+}
+
+/// Whether a piece is shaped like a leaf.
+pub(super) fn is_leaf(mesh: &Mesh, piece: &[u32]) -> bool {
+    is_leaf_like(&shape(mesh, piece, 1.0))
+}
+
+pub(super) fn is_leaf_like(shape: &Shape) -> bool {
     shape.is_sheet && shape.triangles <= MAX_TRIANGLES
 }
 
@@ -154,7 +145,7 @@ fn judge_group<'a>(
     (Verdict::Leaf, format!("{kind}, {likely} sheets of {percent:.1} % of the size of the plant"))
 }
 
-fn shapes(source: &Source, part: &Part, pieces: &[Vec<u32>]) -> Vec<Shape> {
+pub(super) fn shapes(source: &Source, part: &Part, pieces: &[Vec<u32>]) -> Vec<Shape> {
     let mesh = &source.meshes[part.mesh];
     let scale = part.places.first().map_or(1.0, |place| libm::cbrt(place.matrix3.determinant().abs()));
     pieces.iter().map(|piece| shape(mesh, piece, scale)).collect()
@@ -215,7 +206,7 @@ mod tests {
             quad([[x, -9.0, z], [to_x, -9.0, to_z], [to_x, -1.0, to_z], [x, -1.0, z]]);
         }
         Source {
-            parts: vec![Part { name: "node".into(), mesh: 0, places: [DAffine3::IDENTITY].into() }],
+            parts: vec![Part { name: "node".into(), node: None, mesh: 0, places: [DAffine3::IDENTITY].into() }],
             meshes: vec![mesh],
             materials: vec![Material { name: "green".into(), ..Material::default() }],
             stated_alpha: vec![alpha],
@@ -223,15 +214,15 @@ mod tests {
         }
     }
 
-    fn judge_row(source: &Source, named: Option<&str>) -> Result<Judgement, Fault> {
+    fn judge_row(source: &Source) -> Judgement {
         let mesh = &source.meshes[0];
         let pieces = super::super::pieces::pieces(&mesh.vertices, &mesh.indices);
-        judge(source, &[pieces], named).map(|judgements| judgements[0].clone())
+        judge(source, &[pieces])[0].clone()
     }
 
     #[test]
     fn few_sheets_are_foliage_only_when_alpha_cuts_them_out() {
-        let verdict = |count, alpha| judge_row(&row(count, alpha, false), None).unwrap().verdict;
+        let verdict = |count, alpha| judge_row(&row(count, alpha, false)).verdict;
         assert_eq!(verdict(4, AlphaMode::Mask), Verdict::Leaf);
         assert_eq!(verdict(4, AlphaMode::Blend), Verdict::Leaf);
         assert_eq!(verdict(3, AlphaMode::Mask), Verdict::Wood);
@@ -241,19 +232,10 @@ mod tests {
 
     #[test]
     fn a_trunk_in_the_leaves_material_stays_wood() {
-        let judgement = judge_row(&row(20, AlphaMode::Mask, true), None).unwrap();
+        let judgement = judge_row(&row(20, AlphaMode::Mask, true));
         assert_eq!(judgement.verdict, Verdict::Leaf);
         assert_eq!(judgement.is_leaf.iter().position(|is_leaf| !is_leaf), Some(20));
         assert!(judgement.reason.contains("stay wood: 1"), "{}", judgement.reason);
-    }
-
-    #[test]
-    fn a_name_overrides_the_shape_and_must_exist() {
-        let source = row(2, AlphaMode::Opaque, true);
-        for name in ["green", "node"] {
-            assert!(judge_row(&source, Some(name)).unwrap().is_leaf.iter().all(|is_leaf| *is_leaf));
-        }
-        assert!(matches!(judge_row(&source, Some("Green")), Err(Fault::UnknownName { .. })));
     }
 
     #[test]

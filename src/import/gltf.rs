@@ -1,24 +1,30 @@
 //! Reads glTF and binary glTF into a [`Source`].
 
 use super::{
+    ImportOptions, Warning, WarningKind,
     accessor::Accessors,
+    attributes::Attributes,
     budget::Budget,
     buffers::Buffers,
     container,
     draco::DracoMesh,
     extensions,
     fault::{Fault, limit},
+    graph::Graph,
     materials::{Materials, Surface},
-    nodes::{self, PlacedMesh},
+    morph,
+    nodes::{self, Placed, PlacedMesh, Shape},
+    skin::{self, Skins},
     source::{Mesh, Part, Source, name, name_of},
     topology,
 };
 use crate::leaf::Vertex;
 use ::gltf::json::{
-    Accessor, Index, Root, Value,
+    Index, Root, Value,
     mesh::{Mode, Primitive, Semantic},
     validation::Checked,
 };
+use glam::DAffine3;
 use std::{
     collections::{BTreeMap, btree_map::Entry},
     ops::Range,
@@ -36,8 +42,8 @@ const MAX_INDICES_PER_BYTE: u64 = 16;
 const BYTES_PER_OBJECT: u64 = 8;
 const ALWAYS_OBJECTS: u64 = 100_000;
 
-/// Reads the default scene of a file.
-pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source, Fault> {
+/// Reads the default scene of a file, or the part of it that `options` name.
+pub(super) fn read(bytes: &[u8], path: &Path, options: &ImportOptions, budget: &Budget) -> Result<Source, Fault> {
     let container = container::split(bytes)?;
     let objects = container.json.iter().filter(|&&byte| byte == b'{').count() as u64;
     let most_objects = (container.json.len() as u64 / BYTES_PER_OBJECT).max(ALWAYS_OBJECTS);
@@ -50,29 +56,34 @@ pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source,
     let accessors = Accessors::new(&root, &buffers);
     let mut materials = Materials::new(&root, &buffers, path);
     let surfaces = materials.read()?;
+    let graph = Graph::new(&root)?;
     let mut reader = Reader {
         root: &root,
         buffers: &buffers,
         accessors: &accessors,
         surfaces: &surfaces,
+        skins: Skins::new(&root, &accessors, &graph),
         budget,
         indices: 0,
         most_indices: buffers.total_bytes().saturating_mul(MAX_INDICES_PER_BYTE),
         draco_bytes_left: buffers.total_bytes(),
         warnings: materials.warnings,
     };
-    let placed = nodes::placed_meshes(&root, &accessors)?;
+    let Placed { meshes: placed, plants, warnings } =
+        nodes::placed_meshes(&root, &graph, &accessors, options.plant.as_deref())?;
+    reader.warnings.extend(warnings);
+    reader.warnings.extend(extensions::place_on_earth(&root).into_iter().chain(animations(&root)));
     let mut meshes = Vec::new();
-    let mut range_of: BTreeMap<usize, Range<usize>> = BTreeMap::new();
+    let mut range_of: BTreeMap<Shape, Range<usize>> = BTreeMap::new();
     for placed in &placed {
-        if let Entry::Vacant(range) = range_of.entry(placed.mesh) {
+        if let Entry::Vacant(range) = range_of.entry(placed.shape) {
             let first = meshes.len();
-            meshes.extend(reader.meshes(placed.mesh)?);
+            meshes.extend(reader.meshes(placed.shape)?);
             range.insert(first..meshes.len());
         }
     }
     let corners = |placed: &PlacedMesh| {
-        let meshes = &meshes[range_of[&placed.mesh].clone()];
+        let meshes = &meshes[range_of[&placed.shape].clone()];
         meshes
             .iter()
             .map(|mesh: &Mesh| mesh.indices.len() as u64)
@@ -80,20 +91,42 @@ pub(super) fn read(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Source,
             .saturating_mul(placed.places.len() as u64)
     };
     budget.check(placed.iter().map(corners).fold(0, u64::saturating_add))?;
-    let parts = placed.into_iter().filter(|placed| !placed.places.is_empty()).flat_map(|placed| {
-        let range = range_of[&placed.mesh].clone();
-        range.map(move |mesh| Part { name: placed.name.clone(), mesh, places: Rc::clone(&placed.places) })
-    });
-    let parts = parts.collect();
+    let mut parts = Vec::new();
+    let mut first_part = Vec::with_capacity(placed.len() + 1);
+    for placed in placed {
+        first_part.push(parts.len());
+        let range = range_of[&placed.shape].clone().filter(|_| !placed.places.is_empty());
+        let part =
+            |mesh| Part { name: placed.name.clone(), node: Some(placed.node), mesh, places: Rc::clone(&placed.places) };
+        parts.extend(range.map(part));
+    }
+    first_part.push(parts.len());
+    let part_range = |meshes: Range<usize>| first_part[meshes.start]..first_part[meshes.end];
     Ok(Source {
         name: name_of(path),
+        nodes: nodes::tree(&root, &graph),
         meshes,
         parts,
+        plants: plants.into_iter().map(|(name, meshes)| (name, part_range(meshes))).collect(),
         stated_alpha: surfaces.iter().map(|surface| surface.stated_alpha).collect(),
         warnings: reader.warnings,
         textures: materials.textures,
+        alpha_ranges: materials.alpha_ranges,
         materials: surfaces.into_iter().map(|surface| surface.material).collect(),
     })
+}
+
+/// A warning for a file with animations.
+fn animations(root: &Root) -> Option<Warning> {
+    let count = root.animations.len();
+    let message = format!("{count} animations are ignored: the plant keeps its rest pose");
+    (count > 0).then(|| Warning::new(WarningKind::Pose, message, ""))
+}
+
+/// Joints and morph weights of a mesh in its rest pose.
+struct Pose<'a> {
+    joints: Option<Rc<[DAffine3]>>,
+    weights: &'a [f32],
 }
 
 /// Vertices, and three indices into them per triangle.
@@ -105,23 +138,30 @@ struct Reader<'a> {
     buffers: &'a Buffers<'a>,
     accessors: &'a Accessors<'a>,
     surfaces: &'a [Surface],
+    skins: Skins<'a>,
     budget: &'a Budget,
     /// Number of indices so far, and the maximum for a file of this size.
     indices: u64,
     most_indices: u64,
     /// Bytes that Draco streams may still cover: each covers its own, unless views overlap.
     draco_bytes_left: u64,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 impl<'a> Reader<'a> {
     /// The triangles of one glTF mesh, as one [`Mesh`] per material: exporters split a surface into
     /// several primitives where 16-bit indices run out.
-    fn meshes(&mut self, index: usize) -> Result<Vec<Mesh>, Fault> {
-        let source =
-            self.root.meshes.get(index).ok_or_else(|| {
-                Fault::broken(format!("mesh {index} is referenced and {} exist", self.root.meshes.len()))
-            })?;
+    fn meshes(&mut self, shape: Shape) -> Result<Vec<Mesh>, Fault> {
+        let (root, index) = (self.root, shape.mesh);
+        let source = root
+            .meshes
+            .get(index)
+            .ok_or_else(|| Fault::broken(format!("mesh {index} is referenced and {} exist", root.meshes.len())))?;
+        let weights = shape.weights_of.and_then(|node| root.nodes[node].weights.as_ref()).or(source.weights.as_ref());
+        let pose = Pose {
+            joints: shape.skin.map(|skin| self.skins.matrices(skin)).transpose()?,
+            weights: weights.map_or(&[], Vec::as_slice),
+        };
         let name = name(source.name.as_deref());
         let mut meshes: Vec<Mesh> = Vec::new();
         let mut has_others = false;
@@ -134,7 +174,7 @@ impl<'a> Reader<'a> {
                 )));
             }
             let surfaces = self.surfaces;
-            let Some((vertices, indices)) = self.primitive(primitive, &surfaces[material])? else {
+            let Some((vertices, indices)) = self.primitive(primitive, &surfaces[material], &pose)? else {
                 has_others = true;
                 continue;
             };
@@ -151,14 +191,20 @@ impl<'a> Reader<'a> {
             mesh.indices.extend(indices.into_iter().map(|index| index + first));
         }
         if has_others {
-            self.warnings.push(format!("mesh {index} ({name:?}): points and lines are ignored"));
+            let message = format!("mesh {index} ({name:?}): points and lines are ignored");
+            self.warnings.push(Warning::new(WarningKind::Geometry, message, ""));
         }
         Ok(meshes)
     }
 
     /// The vertices that a primitive uses, and its triangles as indices into them; `None` for
     /// points and lines.
-    fn primitive(&mut self, primitive: &'a Primitive, surface: &Surface) -> Result<Option<Triangles>, Fault> {
+    fn primitive(
+        &mut self,
+        primitive: &'a Primitive,
+        surface: &Surface,
+        pose: &Pose,
+    ) -> Result<Option<Triangles>, Fault> {
         let Checked::Valid(mode) = primitive.mode else {
             return Err(Fault::broken("a primitive has an unknown mode"));
         };
@@ -178,7 +224,12 @@ impl<'a> Reader<'a> {
         self.budget.check(self.indices)?;
         let Some(mut indices) = topology::triangle_list(mode, indices) else { return Ok(None) };
         let picks = compact(&mut indices);
-        Ok(Some((attributes.vertices(&picks, surface, &mut self.warnings)?, indices)))
+        let mut vertices = attributes.vertices(&picks, surface, &mut self.warnings)?;
+        morph::apply(self.accessors, primitive, pose.weights, &picks, &mut vertices)?;
+        if let Some(joints) = &pose.joints {
+            skin::apply(&attributes, joints, &picks, (&mut vertices, &mut indices), &mut self.warnings)?;
+        }
+        Ok(Some((vertices, indices)))
     }
 
     fn attributes(&mut self, primitive: &'a Primitive) -> Result<Attributes<'a>, Fault> {
@@ -208,77 +259,4 @@ fn compact(indices: &mut [u32]) -> Vec<u32> {
         *index = picks.partition_point(|pick| pick < index) as u32;
     }
     picks
-}
-
-/// The vertex attributes of one primitive, in accessors or in a Draco stream.
-struct Attributes<'a> {
-    accessors: &'a Accessors<'a>,
-    primitive: &'a Primitive,
-    /// Decoded stream, and the map of the extension from attribute names to its ids.
-    draco: Option<(DracoMesh, &'a Value)>,
-}
-
-impl Attributes<'_> {
-    fn index(&self, semantic: &Semantic) -> Option<Index<Accessor>> {
-        self.primitive.attributes.get(&Checked::Valid(semantic.clone())).copied()
-    }
-
-    fn floats<const N: usize>(
-        &self,
-        semantic: &Semantic,
-        picks: &[u32],
-        least_components: usize,
-        absent: [f32; N],
-    ) -> Result<Option<Vec<[f32; N]>>, Fault> {
-        let Some(index) = self.index(semantic) else { return Ok(None) };
-        let name = semantic.to_string();
-        let id = self.draco.as_ref().and_then(|(draco, ids)| Some((draco, ids.get(&name)?.as_u64()?)));
-        match id {
-            Some((draco, id)) => draco.floats(id, picks, self.accessors.divisor(index)?, absent).map(Some),
-            None => self.accessors.floats(index, &name, picks, least_components..=N, absent).map(Some),
-        }
-    }
-
-    fn vertices(&self, picks: &[u32], surface: &Surface, warnings: &mut Vec<String>) -> Result<Vec<Vertex>, Fault> {
-        let positions = self.floats(&Semantic::Positions, picks, 3, [0.0; 3])?.unwrap_or_default();
-        if let Some(i) = positions.iter().position(|position| !is_finite(position)) {
-            return Err(Fault::broken(format!("the position of vertex {} is {:?}", picks[i], positions[i])));
-        }
-        let normals = self.floats(&Semantic::Normals, picks, 3, [0.0; 3])?;
-        let uvs = self.floats(&Semantic::TexCoords(surface.uv_set), picks, 2, [0.0; 2])?;
-        let colors = self.floats(&Semantic::Colors(0), picks, 3, [1.0; 4])?;
-        let mut replaced = 0;
-        let vertices = (0..picks.len()).map(|i| {
-            let uv = finite_or(uvs.as_ref().map(|uvs| uvs[i]), [0.0; 2], &mut replaced);
-            let uv = surface.uv_transform.map_or(uv, |transform| transform.apply(uv));
-            Vertex {
-                position: positions[i],
-                normal: finite_or(normals.as_ref().map(|normals| normals[i]), [0.0; 3], &mut replaced),
-                uv: finite_or(Some(uv), [0.0; 2], &mut replaced),
-                color: finite_or(colors.as_ref().map(|colors| colors[i]), [1.0; 4], &mut replaced),
-            }
-        });
-        let vertices = vertices.collect();
-        if replaced > 0 {
-            warnings.push(format!(
-                "{replaced} normals, texture coordinates or colours were not finite and have been replaced"
-            ));
-        }
-        Ok(vertices)
-    }
-}
-
-fn is_finite(values: &[f32]) -> bool {
-    values.iter().all(|value| value.is_finite())
-}
-
-fn finite_or<const N: usize>(values: Option<[f32; N]>, absent: [f32; N], replaced: &mut usize) -> [f32; N] {
-    match values {
-        Some(values) if is_finite(&values) => values,
-        Some(_) => {
-            *replaced += 1;
-            absent
-        }
-        None => absent,
-    }
 }

@@ -1,6 +1,15 @@
 //! glTF materials: the properties that foliage needs, and how their textures are mapped.
 
-use super::{buffers::Buffers, fault::Fault, source::name, textures, uri};
+use super::{
+    Warning, WarningKind,
+    alpha_range::AlphaRange,
+    buffers::Buffers,
+    extensions,
+    fault::Fault,
+    source::name,
+    textures::{self, Unusable, unusable},
+    uri,
+};
 use crate::material::{AlphaMode, Material, Texture, Wrap};
 use ::gltf::json::{
     self, Root, extensions::texture::TextureTransform, material::AlphaMode as JsonAlphaMode, texture::WrappingMode,
@@ -68,8 +77,10 @@ pub(super) struct Materials<'a> {
     bytes_left: u64,
     /// Textures in the order in which materials refer to them.
     pub(super) textures: Vec<Texture>,
-    /// Anything that was ignored, one line each.
-    pub(super) warnings: Vec<String>,
+    /// The range of each texture's alpha.
+    pub(super) alpha_ranges: Vec<AlphaRange>,
+    /// Anything that was ignored.
+    pub(super) warnings: Vec<Warning>,
 }
 
 impl<'a> Materials<'a> {
@@ -83,6 +94,7 @@ impl<'a> Materials<'a> {
             places: BTreeMap::new(),
             bytes_left,
             textures: Vec::new(),
+            alpha_ranges: Vec::new(),
             warnings: Vec::new(),
         }
     }
@@ -134,7 +146,7 @@ impl<'a> Materials<'a> {
             Fault::broken(format!("texture {} is referenced and {} exist", info.index.value(), root.textures.len()))
         })?;
         surface.material.wrap = self.wrap(texture);
-        surface.material.texture = self.texture(texture);
+        surface.material.texture = self.texture(info.index.value(), texture);
         if surface.material.texture.is_none() {
             surface.material.alpha_mode = AlphaMode::Opaque;
         }
@@ -151,12 +163,14 @@ impl<'a> Materials<'a> {
         sampler.map_or([Wrap::Repeat; 2], |sampler| [wrap(sampler.wrap_s), wrap(sampler.wrap_t)])
     }
 
-    /// The index of the texture, which has been decoded once as a check; a warning and `None` if it
-    /// cannot be used.
-    fn texture(&mut self, texture: &json::Texture) -> Option<u32> {
-        let webp = texture.extensions.as_ref().and_then(|extensions| extensions.others.get("EXT_texture_webp"));
-        let webp = webp.and_then(|webp| webp.get("source")?.as_u64());
-        let image = webp.map_or(texture.source.value(), |source| source as usize);
+    /// The index of texture `index`, which has been decoded once as a check; a warning and `None`
+    /// if it cannot be used.
+    fn texture(&mut self, index: usize, texture: &json::Texture) -> Option<u32> {
+        let Some(image) = self.image_of(texture) else {
+            let message = format!("texture {index} is ignored and its materials are opaque: it has no image");
+            self.warnings.push(Warning::new(WarningKind::Texture, message, "export it with a PNG or JPEG image"));
+            return None;
+        };
         if let Some(&known) = self.images.get(&image) {
             return known;
         }
@@ -168,6 +182,18 @@ impl<'a> Materials<'a> {
         self.images.insert(image, index);
         self.places.insert(place, index);
         index
+    }
+
+    /// The image of a texture: WebP if there is one, else the plain image, else one in a format
+    /// that only some programs read.
+    fn image_of(&self, texture: &json::Texture) -> Option<usize> {
+        let of = |extension: &str| {
+            let others = &texture.extensions.as_ref()?.others;
+            Some(others.get(extension)?.get("source")?.as_u64()? as usize)
+        };
+        let plain = Some(texture.source.value()).filter(|source| *source < self.root.images.len());
+        let others = ["KHR_texture_basisu", "EXT_texture_avif", "MSFT_texture_dds"];
+        of("EXT_texture_webp").or(plain).or_else(|| others.into_iter().find_map(of))
     }
 
     fn place(&self, index: usize) -> ImagePlace<'a> {
@@ -182,31 +208,34 @@ impl<'a> Materials<'a> {
 
     fn kept(&mut self, image: usize) -> Option<u32> {
         match self.image(image) {
-            Ok(texture) => {
+            Ok((texture, alpha_range)) => {
                 self.textures.push(texture);
+                self.alpha_ranges.push(alpha_range);
                 Some(self.textures.len() as u32 - 1)
             }
-            Err(reason) => {
-                self.warnings.push(format!("image {image} is ignored and its materials are opaque: {reason}"));
+            Err(Unusable { reason, fix }) => {
+                let message = format!("image {image} is ignored and its materials are opaque: {reason}");
+                let fix = if reason.contains(textures::AVIF) { extensions::CONVERT_AVIF.to_owned() } else { fix };
+                self.warnings.push(Warning::new(WarningKind::Texture, message, fix));
                 None
             }
         }
     }
 
-    fn image(&mut self, index: usize) -> Result<Texture, String> {
-        let image = self.root.images.get(index).ok_or("the file has no such image in a supported format")?;
+    fn image(&mut self, index: usize) -> Result<(Texture, AlphaRange), Unusable> {
+        let image = self.root.images.get(index).ok_or_else(|| format!("{} images exist", self.root.images.len()))?;
         let given = image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:")));
         let name = &name(given);
-        let text = |fault: Fault| fault.at(self.path).to_string();
+        let text = |fault: Fault| unusable(fault, self.path);
         match (image.buffer_view, &image.uri) {
             (Some(view), _) => {
                 let bytes = self.buffers.view(view).map_err(text)?.bytes;
                 let left = self.bytes_left.checked_sub(bytes.len() as u64);
-                self.bytes_left = left.ok_or("its buffer view overlaps those of other images")?;
+                self.bytes_left = left.ok_or_else(|| "its buffer view overlaps those of other images".to_owned())?;
                 textures::texture(name, bytes)
             }
             (None, Some(uri)) => textures::texture(name, &uri::read(uri, self.path).map_err(text)?),
-            (None, None) => Err("it has neither a buffer view nor a URI".to_owned()),
+            (None, None) => Err("it has neither a buffer view nor a URI".to_owned().into()),
         }
     }
 }

@@ -6,53 +6,94 @@
 //! ```
 //!
 //! A *piece* is a set of triangles connected over shared edges once vertices at exactly equal
-//! positions are welded. `foliage` decides which pieces are leaves, `crossed` merges cards that
-//! cross at one centre into one leaf, `pivot` finds where a leaf is attached, `assemble` writes the
-//! plant in its canonical form. Nothing in a file is trusted before it is checked: counts against
-//! the bytes that back them, indices against their arrays, the node graph against cycles.
+//! positions are welded. `foliage` decides which pieces are leaves, `cards` separates cards that
+//! were joined at their edges, `crossed` merges cards that cross at one centre into one leaf,
+//! `pivot` finds where a leaf is attached, `assemble` writes the plant in its canonical form.
+//! Nothing in a file is trusted before it is checked: counts against the bytes that back them,
+//! indices against their arrays, the node graph against cycles.
 
 mod accessor;
+mod alpha_cut;
+mod alpha_range;
 mod assemble;
+mod attributes;
 mod budget;
 mod buffers;
+mod cards;
+mod colors;
 mod container;
 mod crossed;
 mod draco;
 mod extensions;
 mod fault;
 mod foliage;
+mod foreign;
 mod gltf;
+mod graph;
+mod ground;
 mod instancing;
+mod ktx2;
+mod left_out;
+mod marks;
 mod materials;
 mod meshopt;
+mod morph;
+mod mtl;
+mod mtl_surfaces;
+mod named;
 mod nodes;
 mod obj;
+mod obj_lines;
+mod objects;
+mod opacity;
+mod opacity_map;
 mod pieces;
 mod pivot;
+mod plants;
+mod roles;
+mod skin;
 mod source;
+mod text;
 mod textures;
 mod topology;
 mod transform;
+mod up;
 mod uri;
+mod warning;
 
-use crate::{Error, Plant, Result};
+use crate::{Error, Plant, Result, error::check_range};
 use budget::Budget;
+pub use colors::VertexColors;
 use fault::Fault;
 use source::Source;
 use std::{fmt, path::Path};
 use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
+pub use up::Up;
+pub use warning::{Warning, WarningKind};
 
 /// Maximum size of a file, or of one that it refers to: 4 GiB, glTF's own limit for a binary.
 const MAX_FILE_BYTES: u64 = 1 << 32;
 
 /// Options that control how a file is cut into leaves.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ImportOptions {
-    /// Name of the material, node or mesh that is foliage. `None` (default) guesses from alpha mode
-    /// and shape.
-    pub leaves: Option<String>,
+    /// Names of the materials, meshes or nodes, with all below them, that are foliage; `*` in a
+    /// name stands for any letters. Empty (default) guesses from alpha mode and shape.
+    pub leaves: Vec<String>,
     /// Which pieces form one leaf.
     pub group: Group,
+    /// Name of the node or object to take, with all below it. `None` (default) takes the whole
+    /// scene without coarser levels of detail, billboards, collision shapes and ground; `*` takes
+    /// the whole scene, these and hidden nodes included.
+    pub plant: Option<String>,
+    /// Use of the vertex colours.
+    pub vertex_colors: VertexColors,
+    /// The axis of the file that points up.
+    pub up: Up,
+    /// Alpha, from 0 to 1, at or above which texels of materials that are cut out by alpha are
+    /// covered. `None` (default) uses the file's cutoff or, for blended materials, half of the
+    /// largest alpha that they reach.
+    pub alpha_cutoff: Option<f32>,
     /// Memory limit in megabytes. Memory use is estimated from the number of triangles before they
     /// are written; a file above the limit is refused. `None` (default) uses the available memory,
     /// or no limit where that is unknown.
@@ -124,9 +165,8 @@ pub struct Imported {
     pub origin: [f64; 3],
     /// Classification of each part, and the reason for it.
     pub findings: Vec<Finding>,
-    /// Anything ignored that does not affect the cut into leaves, such as a missing texture: one
-    /// line each.
-    pub warnings: Vec<String>,
+    /// Anything ignored or changed that does not stop the import, such as a missing texture.
+    pub warnings: Vec<Warning>,
 }
 
 /// Reads `path`: glTF (`.gltf`), binary glTF (`.glb`) or OBJ (`.obj`). The content decides the
@@ -149,7 +189,8 @@ pub fn inspect(path: &Path, options: &ImportOptions) -> Result<Imported> {
     let is_obj = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
     let is_gltf = container::is_gltf(&bytes) || !is_obj;
     finish(
-        |budget| if is_gltf { gltf::read(&bytes, path, budget) } else { obj::read(&bytes, path, budget) },
+        &bytes,
+        |budget| if is_gltf { gltf::read(&bytes, path, options, budget) } else { obj(&bytes, path, options, budget) },
         path,
         options,
     )
@@ -161,7 +202,7 @@ pub fn inspect(path: &Path, options: &ImportOptions) -> Result<Imported> {
 /// # Errors
 /// As [`load`].
 pub fn load_gltf_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Imported> {
-    require_leaves(finish(|budget| gltf::read(bytes, path, budget), path, options)?, path)
+    require_leaves(finish(bytes, |budget| gltf::read(bytes, path, options, budget), path, options)?, path)
 }
 
 /// Reads OBJ from memory. `path` names it in messages; materials and textures are looked up in the
@@ -170,24 +211,51 @@ pub fn load_gltf_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Re
 /// # Errors
 /// As [`load`].
 pub fn load_obj_bytes(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Imported> {
-    require_leaves(finish(|budget| obj::read(bytes, path, budget), path, options)?, path)
+    require_leaves(finish(bytes, |budget| obj(bytes, path, options, budget), path, options)?, path)
 }
 
 fn finish(
+    bytes: &[u8],
     read: impl FnOnce(&Budget) -> std::result::Result<Source, Fault>,
     path: &Path,
     options: &ImportOptions,
 ) -> Result<Imported> {
+    options.alpha_cutoff.map_or(Ok(()), |cutoff| check_range("alpha_cutoff", cutoff, 0.0..=1.0))?;
     let budget = Budget::new(options);
-    let imported = read(&budget).and_then(|source| assemble::plant(source, options));
+    let imported = foreign::check(bytes).and_then(|()| read(&budget)).and_then(|source| {
+        let mut source = prepared(source, options);
+        alpha_cut::settle(&mut source, options.alpha_cutoff);
+        assemble::plant(source, options)
+    });
     let imported = imported.map_err(|fault| fault.at(path))?;
     imported.plant.validate()?;
     Ok(imported)
 }
 
+fn obj(bytes: &[u8], path: &Path, options: &ImportOptions, budget: &Budget) -> std::result::Result<Source, Fault> {
+    let mut source = obj::read(bytes, path, budget)?;
+    objects::select(&mut source, options.plant.as_deref())?;
+    Ok(source)
+}
+
+/// Turns the plant upright and settles its ground and its vertex colours.
+fn prepared(mut source: Source, options: &ImportOptions) -> Source {
+    let up = up::turn(&mut source, options.up);
+    let chosen = options.plant.is_some();
+    let ground = if chosen { None } else { ground::leave_out(&mut source, &options.leaves) };
+    let colors = colors::settle(&mut source, options.vertex_colors);
+    source.warnings.extend([up, ground, colors].into_iter().flatten());
+    source
+}
+
 fn require_leaves(imported: Imported, path: &Path) -> Result<Imported> {
     if !imported.plant.leaves.is_empty() {
         return Ok(imported);
+    }
+    let is_invisible = |warning: &&Warning| warning.kind == WarningKind::Invisible;
+    if let Some(Warning { message, fix, .. }) = imported.warnings.iter().find(is_invisible) {
+        let name = path.display().to_string();
+        return Err(Error::NoLeaves { name, reason: message.clone(), fix: fix.clone() });
     }
     let reason = match imported.findings.iter().max_by_key(|finding| finding.pieces) {
         Some(finding) => format!(

@@ -1,109 +1,206 @@
-//! The node graph of a glTF file: where each mesh is placed.
+//! Where each mesh of a glTF file is placed, and which of its nodes are drawn.
 
 use super::{
+    Warning,
     accessor::Accessors,
     fault::{Fault, limit},
+    graph::{Graph, parent_from_node},
     instancing,
-    source::name,
-    transform::{NO_ROTATION, affine},
+    left_out::{LeftOut, children, name_of},
+    roles::Role,
+    source::{self, name},
 };
 use ::gltf::json::{Node, Root};
-use glam::{DAffine3, DMat4};
-use std::rc::Rc;
+use glam::DAffine3;
+use std::{ops::Range, rc::Rc};
 
 /// Bytes of a file required per instance, besides one instance per node: a translation takes 12
 /// bytes, which a few nodes may share. The limit keeps a small file from using a lot of memory.
 const BYTES_PER_INSTANCE: u64 = 2;
+/// Name of a plant that stands for everything in the file.
+pub(super) const EVERYTHING: &str = "*";
 
 /// A mesh as placed by a node.
 pub(super) struct PlacedMesh {
     /// Name of the node; may be empty.
     pub(super) name: String,
-    /// Index into the file's meshes.
-    pub(super) mesh: usize,
-    /// Scene from mesh, one per instance.
+    /// Index into the file's nodes.
+    pub(super) node: usize,
+    /// Shape of the mesh.
+    pub(super) shape: Shape,
+    /// Scene from mesh, one per instance. Skins place their meshes themselves.
     pub(super) places: Rc<[DAffine3]>,
 }
 
-/// The meshes of the default scene, else of the first scene, else of all root nodes. Parents come
-/// before children, and children are in order.
-pub(super) fn placed_meshes(root: &Root, accessors: &Accessors) -> Result<Vec<PlacedMesh>, Fault> {
-    let most_instances = accessors.total_bytes() / BYTES_PER_INSTANCE + root.nodes.len() as u64;
-    let parents = parents(root)?;
-    let mut stack: Vec<(usize, DAffine3)> =
-        starts(root, &parents)?.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
-    let mut visited = vec![false; root.nodes.len()];
-    let mut placed = Vec::new();
-    let mut instances = 0;
-    while let Some((index, scene_from_parent)) = stack.pop() {
-        if std::mem::replace(&mut visited[index], true) {
-            continue;
-        }
-        let node = &root.nodes[index];
-        let scene_from_node = scene_from_parent * parent_from_node(node);
-        if let Some(mesh) = node.mesh {
-            let places: Rc<[DAffine3]> = match instancing::places(node, accessors, most_instances - instances)? {
-                Some(places) => places.into_iter().map(|place| scene_from_node * place).collect(),
-                None => [scene_from_node].into(),
-            };
-            instances += places.len() as u64;
-            limit("the number of instances for a file of its size", instances, most_instances)?;
-            placed.push(PlacedMesh { name: name(node.name.as_deref()), mesh: mesh.value(), places });
-        }
-        stack.extend(node.children.iter().flatten().rev().map(|child| (child.value(), scene_from_node)));
-    }
-    Ok(placed)
+/// A mesh in its rest pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Shape {
+    /// Index into the file's meshes.
+    pub(super) mesh: usize,
+    /// Index into the file's skins.
+    pub(super) skin: Option<usize>,
+    /// The node whose morph weights replace those of the mesh.
+    pub(super) weights_of: Option<usize>,
 }
 
-/// The parent of each node. Fails unless the graph is a forest: one parent each, no cycle.
-fn parents(root: &Root) -> Result<Vec<Option<usize>>, Fault> {
-    let mut parents = vec![None; root.nodes.len()];
-    for (parent, node) in root.nodes.iter().enumerate() {
-        for child in node.children.iter().flatten() {
-            let child = child.value();
-            let slot = parents.get_mut(child).ok_or_else(|| missing_node(child, root))?;
-            if let Some(first) = slot.replace(parent) {
-                return Err(Fault::broken(format!("node {child} is a child of node {first} and of node {parent}")));
-            }
-        }
+impl Shape {
+    fn of(node: &Node, index: usize) -> Option<Self> {
+        let weights_of = node.weights.as_ref().filter(|weights| !weights.is_empty()).map(|_| index);
+        Some(Self { mesh: node.mesh?.value(), skin: node.skin.map(|skin| skin.value()), weights_of })
     }
-    // Each node has at most one parent, so a walk up from a node ends at a root or enters a cycle.
-    let mut known_to_end = vec![false; parents.len()];
-    for start in 0..parents.len() {
-        let mut walked = Vec::new();
-        let mut at = Some(start);
-        while let Some(node) = at.filter(|&node| !known_to_end[node]) {
-            if walked.len() > parents.len() {
-                return Err(Fault::broken(format!("node {node} is its own ancestor")));
-            }
-            walked.push(node);
-            at = parents[node];
-        }
-        walked.into_iter().for_each(|node| known_to_end[node] = true);
-    }
-    Ok(parents)
 }
 
-fn starts(root: &Root, parents: &[Option<usize>]) -> Result<Vec<usize>, Fault> {
-    let default = root.scene.map_or(0, |scene| scene.value());
-    let nodes = match root.scenes.get(default) {
-        Some(scene) => scene.nodes.iter().map(|node| node.value()).collect(),
-        None => (0..root.nodes.len()).filter(|&node| parents[node].is_none()).collect::<Vec<_>>(),
+/// The meshes of a scene.
+#[derive(Default)]
+pub(super) struct Placed {
+    /// Meshes in scene order: parents before children, and children in order.
+    pub(super) meshes: Vec<PlacedMesh>,
+    /// Subtrees that may be whole plants, with their meshes.
+    pub(super) plants: Vec<(String, Range<usize>)>,
+    /// Anything left out.
+    pub(super) warnings: Vec<Warning>,
+}
+
+/// The meshes of the scene, or those of the node named `plant` and below it.
+pub(super) fn placed_meshes(
+    root: &Root,
+    graph: &Graph,
+    accessors: &Accessors,
+    plant: Option<&str>,
+) -> Result<Placed, Fault> {
+    let left_out = if plant == Some(EVERYTHING) { LeftOut::nothing(root) } else { LeftOut::of(root, graph) };
+    let candidates = candidates(root, graph, &left_out);
+    let chosen = chosen(root, graph, &left_out, plant);
+    if let (Some(plant), Some([])) = (plant, chosen.as_deref()) {
+        let known = candidates.iter().map(|&node| name_of(root, node).to_owned()).collect();
+        return Err(Fault::UnknownPlant { name: plant.to_owned(), known });
+    }
+    let mut walk = Walk {
+        root,
+        graph,
+        accessors,
+        left_out,
+        chosen,
+        stack: graph.starts().iter().rev().map(|&index| (index, DAffine3::IDENTITY, false)).collect(),
+        first_mesh: vec![0; root.nodes.len()],
+        instances: 0,
+        placed: Placed::default(),
     };
-    match nodes.iter().find(|&&node| node >= root.nodes.len()) {
-        Some(&node) => Err(missing_node(node, root)),
-        None => Ok(nodes),
+    walk.run()?;
+    if plant.is_none() {
+        walk.note_plants(&candidates);
+    }
+    walk.placed.warnings.extend(walk.left_out.warnings());
+    Ok(walk.placed)
+}
+
+/// Names and parents of all nodes.
+pub(super) fn tree(root: &Root, graph: &Graph) -> Vec<source::Node> {
+    let node =
+        |(index, node): (usize, &Node)| source::Node { name: name(node.name.as_deref()), parent: graph.parent(index) };
+    root.nodes.iter().enumerate().map(node).collect()
+}
+
+/// A walk through the nodes of a scene.
+struct Walk<'a> {
+    root: &'a Root,
+    graph: &'a Graph,
+    accessors: &'a Accessors<'a>,
+    left_out: LeftOut,
+    /// Nodes to be drawn with all below them, ascending; `None` for all.
+    chosen: Option<Vec<usize>>,
+    /// Nodes to visit, each with scene from parent, and whether it is below a chosen one.
+    stack: Vec<(usize, DAffine3, bool)>,
+    /// Number of meshes placed before each node.
+    first_mesh: Vec<usize>,
+    instances: u64,
+    placed: Placed,
+}
+
+impl Walk<'_> {
+    fn run(&mut self) -> Result<(), Fault> {
+        let mut visited = vec![false; self.root.nodes.len()];
+        while let Some((index, scene_from_parent, is_inside)) = self.stack.pop() {
+            if std::mem::replace(&mut visited[index], true) {
+                continue;
+            }
+            let is_chosen = self.chosen.as_ref().is_some_and(|chosen| chosen.binary_search(&index).is_ok());
+            let is_inside = is_inside || self.chosen.is_none();
+            if is_inside && !is_chosen && self.left_out.has(index) {
+                self.left_out.note(self.root, self.graph, index);
+                continue;
+            }
+            self.first_mesh[index] = self.placed.meshes.len();
+            self.visit(index, scene_from_parent, is_inside || is_chosen)?;
+        }
+        if self.placed.meshes.is_empty() && self.left_out.hides() {
+            let reason = "KHR_node_visibility hides everything in it".to_owned();
+            return Err(Fault::Broken { reason, fix: "name the node to be shown in `plant`" });
+        }
+        Ok(())
+    }
+
+    /// Notes the meshes of each subtree that may be a plant.
+    fn note_plants(&mut self, candidates: &[usize]) {
+        let first = |node: usize| self.first_mesh[node];
+        let ends = candidates.iter().skip(1).map(|&node| first(node)).chain([self.placed.meshes.len()]);
+        let plant =
+            |(&node, end): (&usize, usize)| (name_of(self.root, node).to_owned(), first(node)..end.max(first(node)));
+        self.placed.plants = candidates.iter().zip(ends).map(plant).collect();
+    }
+
+    fn visit(&mut self, index: usize, scene_from_parent: DAffine3, is_drawn: bool) -> Result<(), Fault> {
+        let node = &self.root.nodes[index];
+        let scene_from_node = scene_from_parent * parent_from_node(node);
+        if let Some(shape) = Shape::of(node, index).filter(|_| is_drawn) {
+            self.place(index, shape, scene_from_node)?;
+        }
+        self.stack.extend(children(node).rev().map(|child| (child, scene_from_node, is_drawn)));
+        Ok(())
+    }
+
+    fn place(&mut self, index: usize, shape: Shape, scene_from_node: DAffine3) -> Result<(), Fault> {
+        let node = &self.root.nodes[index];
+        let most_instances = self.accessors.total_bytes() / BYTES_PER_INSTANCE + self.root.nodes.len() as u64;
+        let places: Rc<[DAffine3]> = match instancing::places(node, self.accessors, most_instances - self.instances)? {
+            _ if shape.skin.is_some() => [DAffine3::IDENTITY].into(),
+            Some(places) => places.into_iter().map(|place| scene_from_node * place).collect(),
+            None => [scene_from_node].into(),
+        };
+        self.instances += places.len() as u64;
+        limit("the number of instances for a file of its size", self.instances, most_instances)?;
+        self.placed.meshes.push(PlacedMesh { name: name(node.name.as_deref()), node: index, shape, places });
+        Ok(())
     }
 }
 
-fn missing_node(node: usize, root: &Root) -> Fault {
-    Fault::broken(format!("node {node} is referenced and {} exist", root.nodes.len()))
+/// The nodes below the first fork of the scene, which may each be a plant.
+fn candidates(root: &Root, graph: &Graph, left_out: &LeftOut) -> Vec<usize> {
+    let draws = |node: &usize| graph.triangles(*node) > 0 && !left_out.has(*node);
+    let mut candidates: Vec<usize> = graph.starts().iter().copied().filter(draws).collect();
+    while let [only] = candidates[..]
+        && root.nodes[only].mesh.is_none()
+    {
+        candidates = children(&root.nodes[only]).filter(draws).collect();
+    }
+    candidates
 }
 
-fn parent_from_node(node: &Node) -> DAffine3 {
-    if let Some(matrix) = node.matrix {
-        return DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from)));
+/// The nodes named `plant`, ascending; else those whose name is `plant` and a level of detail.
+/// `None` without a name, or if it stands for everything.
+fn chosen(root: &Root, graph: &Graph, left_out: &LeftOut, plant: Option<&str>) -> Option<Vec<usize>> {
+    let plant = plant.filter(|plant| *plant != EVERYTHING)?;
+    let draws = |node: &usize| graph.triangles(*node) > 0;
+    let named = |node: &usize| name_of(root, *node) == plant;
+    let mut chosen: Vec<usize> = graph.order().filter(draws).filter(named).collect();
+    if chosen.is_empty() {
+        let base = Role::of(plant).base;
+        let is_level = |node: &usize| {
+            let role = Role::of(name_of(root, *node));
+            role.level.is_some() && role.base == base && !left_out.has(*node)
+        };
+        chosen = graph.order().filter(draws).filter(is_level).collect();
     }
-    let rotation = node.rotation.map_or(NO_ROTATION, |rotation| rotation.0);
-    affine(node.translation.unwrap_or([0.0; 3]), rotation, node.scale.unwrap_or([1.0; 3]))
+    chosen.sort_unstable();
+    Some(chosen)
 }

@@ -26,16 +26,8 @@ pub(super) fn pieces(vertices: &[Vertex], indices: &[u32]) -> Vec<Vec<u32>> {
             sets.join(first, triangle as u32);
         }
     }
-    let mut piece_of_set: HashMap<u32, usize> = HashMap::new();
-    let mut pieces: Vec<Vec<u32>> = Vec::new();
-    for triangle in (0..triangles).filter(|&triangle| stands(corners(triangle))) {
-        let piece = *piece_of_set.entry(sets.find(triangle as u32)).or_insert(pieces.len());
-        if piece == pieces.len() {
-            pieces.push(Vec::new());
-        }
-        pieces[piece].push(triangle as u32);
-    }
-    pieces
+    let standing = (0..triangles).filter(|&triangle| stands(corners(triangle)));
+    sets.members(standing.map(|triangle| triangle as u32))
 }
 
 /// The first vertex at the position of each vertex; -0 equals 0.
@@ -47,10 +39,11 @@ fn weld(vertices: &[Vertex]) -> Vec<u32> {
 
 /// Disjoint sets (union-find). The least member identifies its set, so the result does not depend
 /// on the order of joins.
-struct Sets(Vec<u32>);
+pub(super) struct Sets(Vec<u32>);
 
 impl Sets {
-    fn new(count: usize) -> Self {
+    /// `count` sets of one member each.
+    pub(super) fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
     }
 
@@ -63,9 +56,25 @@ impl Sets {
         member
     }
 
-    fn join(&mut self, a: u32, b: u32) {
+    /// Makes the sets of `a` and `b` one.
+    pub(super) fn join(&mut self, a: u32, b: u32) {
         let [a, b] = [self.find(a), self.find(b)];
         self.0[a.max(b) as usize] = a.min(b);
+    }
+
+    /// Those of `members` that belong to each set, in the order given; sets are in the order of
+    /// their first members.
+    pub(super) fn members(&mut self, members: impl Iterator<Item = u32>) -> Vec<Vec<u32>> {
+        let mut number_of: HashMap<u32, usize> = HashMap::new();
+        let mut sets: Vec<Vec<u32>> = Vec::new();
+        for member in members {
+            let number = *number_of.entry(self.find(member)).or_insert(sets.len());
+            if number == sets.len() {
+                sets.push(Vec::new());
+            }
+            sets[number].push(member);
+        }
+        sets
     }
 }
 

@@ -83,18 +83,39 @@ impl Texture {
             TextureFormat::Jpeg => image::ImageFormat::Jpeg,
             TextureFormat::Webp => image::ImageFormat::WebP,
         };
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(MAX_TEXTURE_SIDE);
-        limits.max_image_height = Some(MAX_TEXTURE_SIDE);
-        limits.max_alloc = Some(MAX_ASIDE_BYTES);
-        let mut reader = ImageReader::with_format(Cursor::new(&self.bytes), format);
-        reader.limits(limits);
-        reader.into_decoder()
+        limited(&self.bytes, format)
     }
 }
 
+/// A decoder that refuses large sides and large auxiliary data.
+fn limited(bytes: &[u8], format: image::ImageFormat) -> image::ImageResult<impl ImageDecoder + '_> {
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_TEXTURE_SIDE);
+    limits.max_image_height = Some(MAX_TEXTURE_SIDE);
+    limits.max_alloc = Some(MAX_ASIDE_BYTES);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits);
+    reader.into_decoder()
+}
+
+/// Decodes a TGA image, which no model keeps, within the same bounds.
+///
+/// # Errors
+/// The reason, in a few words.
+#[cfg(feature = "simplify")]
+pub(crate) fn decode_tga(bytes: &[u8]) -> std::result::Result<Pixels, String> {
+    let failed = |error: image::ImageError| error.to_string().replace('\n', " ");
+    let decoder = limited(bytes, image::ImageFormat::Tga).map_err(failed)?;
+    let (width, height) = decoder.dimensions();
+    let held = DECODER_BYTES + u64::from(width) * u64::from(height) * 8;
+    if held > bound(bytes.len() as u64) {
+        return Err(format!("decoding to {width} x {height} texels needs more memory than its size accounts for"));
+    }
+    decoded(decoder).map_err(failed)
+}
+
 /// Maximum memory, in bytes, for decoding an image of `length` bytes.
-fn bound(length: u64) -> u64 {
+pub(crate) fn bound(length: u64) -> u64 {
     BOUND[0] * length + BOUND[1]
 }
 

@@ -104,7 +104,7 @@ impl Shapes {
             shapes.push(place(leaf.pivot), vertices, indices, masks.of_material(leaf.material));
         }
         let wood = plant.wood.vertices.iter().map(|v| (place(v.position), v.uv));
-        shapes.push(DVec3::ZERO, wood, plant.wood.indices.iter().copied(), NO_MASK);
+        shapes.push(DVec3::ZERO, wood, masks.wood_indices(&plant.wood), NO_MASK);
         shapes
     }
 

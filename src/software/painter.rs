@@ -52,11 +52,20 @@ pub struct DrawOptions {
     pub tone: Option<Tone>,
     /// Sun and sky.
     pub lighting: Lighting,
+    /// Whether the full textures are sampled at any distance instead of their mip levels: a
+    /// reference, if the picture has many more pixels than it will be shown with.
+    pub full_textures: bool,
 }
 
 impl Default for DrawOptions {
     fn default() -> Self {
-        Self { background: Background::Sky, wood: true, tone: None, lighting: Lighting::default() }
+        Self {
+            background: Background::Sky,
+            wood: true,
+            tone: None,
+            lighting: Lighting::default(),
+            full_textures: false,
+        }
     }
 }
 
@@ -112,7 +121,7 @@ impl<'a> Painter<'a> {
         check_size(size)?;
         camera.check()?;
         let plants: Vec<_> = plants.iter().filter(|plant| plant.is_sound()).copied().collect();
-        let projected = project(&plants, &self.mips, camera, size, options.wood);
+        let projected = project(&plants, &self.mips, camera, size, options.wood, options.full_textures);
         let lights: Vec<_> = plants.iter().map(|plant| plant.light(camera.eye, &options.lighting)).collect();
         let tones: Vec<_> = plants.iter().map(|plant| plant.tone.or(options.tone)).collect();
         let scene = Scene {
@@ -123,6 +132,7 @@ impl<'a> Painter<'a> {
             lights: &lights,
             tones: &tones,
             is_orthographic: camera.is_orthographic(),
+            full_textures: options.full_textures,
         };
         let rays = match options.background {
             Background::Landscape(_) => Some(Rays::new(camera)?),
@@ -148,7 +158,7 @@ fn decoded(materials: &[Material], textures: &[Texture], srgb: &SrgbTable) -> Re
     let mips = |material: &Material| {
         let texture = material.texture.and_then(|texture| textures.get(texture as usize));
         let pixels = texture.map(Texture::decode).transpose()?;
-        Ok(pixels.and_then(|pixels| Mips::new(pixels, material.wrap, material.cutoff(), srgb)))
+        Ok(pixels.and_then(|pixels| Mips::new(pixels, material.wrap, material.texture_cutoff(), srgb)))
     };
     materials.iter().map(mips).collect()
 }

@@ -12,7 +12,7 @@ use crate::{
     effects::wind::Sway,
     leaf::Vertex,
 };
-use glam::{DMat4, DVec3, DVec4, Vec3};
+use glam::{DMat4, DVec3, DVec4, Vec2, Vec3};
 
 /// Limit of a corner's screen coordinates, in steps. Farther corners are clamped to it, which
 /// distorts triangles that pass close to the eye.
@@ -42,9 +42,10 @@ pub(super) struct ScreenTriangle {
     pub(super) material: u32,
     /// Index of its plant.
     pub(super) plant: u32,
-    /// Mip levels for one sample (alpha test) and for one pixel (colour).
-    pub(super) level: [u8; 2],
-    pub(super) is_leaf: bool,
+    /// Mip level.
+    pub(super) level: u8,
+    /// Its leaf, or `None` for wood.
+    pub(super) leaf: Option<u32>,
     /// Mask of the samples of a pixel that it may cover, one bit per sample.
     pub(super) samples: u32,
     /// Largest nearness of its corners.
@@ -66,6 +67,7 @@ pub(super) fn project(
     camera: &Camera,
     size: [u32; 2],
     wood: bool,
+    full_textures: bool,
 ) -> Projected {
     let mut projector = Projector {
         plant: 0,
@@ -75,6 +77,7 @@ pub(super) fn project(
         depth: camera.depth,
         is_orthographic: camera.is_orthographic(),
         size: size.map(f64::from),
+        full_textures,
         out: Projected::default(),
     };
     for (number, plant) in (0..).zip(plants) {
@@ -105,6 +108,7 @@ struct Projector {
     depth: Depth,
     is_orthographic: bool,
     size: [f64; 2],
+    full_textures: bool,
     out: Projected,
 }
 
@@ -192,14 +196,15 @@ impl Projector {
         }
         let first = self.out.corners.len() as u32;
         let nearest = corners.iter().map(|corner| corner.nearness).fold(0.0, f32::max);
-        let level = mips.map_or([0; 2], |mips| levels(mips, &corners, twice_area.unsigned_abs()));
+        let level =
+            mips.filter(|_| !self.full_textures).map_or(0, |mips| level(mips, &corners, twice_area.unsigned_abs()));
         self.out.corners.extend(corners);
         self.out.triangles.push(ScreenTriangle {
             corners: [first, first + 1, first + 2],
             material: part.material,
             plant: self.plant,
             level,
-            is_leaf: part.leaf.is_some(),
+            leaf: part.leaf,
             samples: part.samples(),
             nearest,
         });
@@ -228,15 +233,15 @@ impl Projector {
     }
 }
 
-/// Mip levels whose texels are about as large as one sample (a sixteenth of a pixel) and as one
-/// pixel.
-fn levels(mips: &Mips, corners: &[Corner], twice_area_steps: u64) -> [u8; 2] {
-    let edge = |i: usize| [corners[i].uv[0] - corners[0].uv[0], corners[i].uv[1] - corners[0].uv[1]];
-    let (b, c) = (edge(1), edge(2));
-    let twice_area_texels = (b[0] * c[1] - b[1] * c[0]).abs() * mips.full_texels();
-    let twice_area_px = twice_area_steps as f32 / (SUBPIXEL * SUBPIXEL) as f32;
-    let texels_per_px = twice_area_texels / twice_area_px;
-    [mips.level_for(texels_per_px / SAMPLES as f32), mips.level_for(texels_per_px)]
+/// Mip level whose texels are about as large as one sample, a sixteenth of a pixel.
+fn level(mips: &Mips, corners: &[Corner], twice_area_steps: u64) -> u8 {
+    let [width, height] = mips.full_size();
+    let at = |i: usize| Vec2::new(corners[i].uv[0] * width, corners[i].uv[1] * height);
+    let [a, b, c] = [at(0), at(1), at(2)];
+    let twice_area_texels = (b - a).perp_dot(c - a).abs();
+    let twice_area_samples = twice_area_steps as f32 * SAMPLES as f32 / (SUBPIXEL * SUBPIXEL) as f32;
+    let across = (a.max(b).max(c) - a.min(b).min(c)).min_element();
+    mips.level_for(twice_area_texels / twice_area_samples, across)
 }
 
 fn between(a: &Point, b: &Point, t: f64) -> Point {

@@ -17,6 +17,7 @@ use crate::{
         records::Tone,
     },
     edge::{Edge, SUBPIXEL, twice_area},
+    effects::wind::HASH_MULTIPLIER,
     material::Material,
     stochastic::contrast::toned,
 };
@@ -36,6 +37,9 @@ pub(super) struct Scene<'a> {
     pub(super) lights: &'a [Light],
     pub(super) tones: &'a [Option<Tone>],
     pub(super) is_orthographic: bool,
+    /// Whether each sample is shaded on its own: the middle of several may lie on a texel that none
+    /// of them shows.
+    pub(super) full_textures: bool,
 }
 
 /// Depth and visible triangle of each sample of a tile.
@@ -82,6 +86,9 @@ impl Tile {
     /// Draws triangle `index` into the samples where it is the nearest so far.
     pub(super) fn add(&mut self, index: u32, scene: &Scene<'_>) {
         let triangle = &scene.projected.triangles[index as usize];
+        if scene.materials.get(triangle.material as usize).is_some_and(Material::is_clear) {
+            return;
+        }
         let Some([x_range, y_range]) = self.bounds(triangle, scene) else { return };
         let edges = self.edges(triangle, scene);
         let depth = self.plane(triangle, scene, |corner| corner.nearness as f64);
@@ -141,13 +148,14 @@ impl Tile {
 
     fn alpha_test<'a>(&self, triangle: &ScreenTriangle, scene: &Scene<'a>) -> Option<AlphaTest<'a>> {
         let material = scene.materials.get(triangle.material as usize)?;
-        let cutoff = material.cutoff()?;
+        let cutoff = material.texture_cutoff()?;
         let mips = scene.mips.get(triangle.material as usize)?.as_ref()?;
         Some(AlphaTest {
             mips,
-            level: triangle.level[0],
+            level: triangle.level,
             is_orthographic: scene.is_orthographic,
-            cutoff: cutoff / material.base_color[3].max(f32::MIN_POSITIVE),
+            cutoff,
+            first_threshold: triangle.leaf.unwrap_or_default().wrapping_mul(HASH_MULTIPLIER) >> 28,
             u: self.plane(triangle, scene, |corner| corner.uv[0] as f64 * corner.inverse_w as f64),
             v: self.plane(triangle, scene, |corner| corner.uv[1] as f64 * corner.inverse_w as f64),
         })
@@ -180,7 +188,8 @@ impl Tile {
         let mut color = Vec3::ZERO;
         while open != 0 {
             let owner = owners[open.trailing_zeros() as usize];
-            let same = samples(open).filter(|&s| owners[s] == owner).fold(0, |same, s| same | 1 << s);
+            let alike = if scene.full_textures { open & open.wrapping_neg() } else { open };
+            let same = samples(alike).filter(|&s| owners[s] == owner).fold(0, |same, s| same | 1 << s);
             color += self.shade(owner, same, [x as i64, y as i64], scene) * same.count_ones() as f32;
             open &= !same;
         }
@@ -203,27 +212,36 @@ impl Tile {
         let uv = mix(&|i| Vec3::new(corners[i].uv[0], corners[i].uv[1], 0.0));
         let factor = mix(&|i| Vec3::from(corners[i].color));
         let texel = scene.mips.get(triangle.material as usize).and_then(Option::as_ref);
-        let texel = texel.map_or(Vec3::ONE, |mips| mips.color(triangle.level[1], [uv.x, uv.y], scene.srgb).into());
+        let texel = texel.map_or(Vec3::ONE, |mips| mips.color(triangle.level, [uv.x, uv.y], scene.srgb).into());
         let material = scene.materials.get(triangle.material as usize);
         let base = material.map_or(Vec3::ONE, |m| Vec3::new(m.base_color[0], m.base_color[1], m.base_color[2]));
-        let two_sided = triangle.is_leaf || material.is_some_and(|material| material.double_sided);
+        let two_sided = triangle.leaf.is_some() || material.is_some_and(|material| material.double_sided);
         let normal = mix(&|i| corners[i].normal);
         let light = &scene.lights[triangle.plant as usize];
         let from_eye = mix(&|i| corners[i].from_eye);
-        let color = light.reflected(base * texel * factor, normal, from_eye, triangle.is_leaf, two_sided);
+        let color = light.reflected(base * texel * factor, normal, from_eye, triangle.leaf.is_some(), two_sided);
         match scene.tones[triangle.plant as usize] {
-            Some(tone) if triangle.is_leaf => toned(color.into(), tone.mean, tone.kept).into(),
+            Some(tone) if triangle.leaf.is_some() => toned(color.into(), tone.mean, tone.kept).into(),
             _ => color,
         }
     }
 }
 
-/// The alpha test of one triangle.
+/// Step between the thresholds of neighbouring samples, in sixteenths: coprime to sixteen, and
+/// spreads the samples that pass over the pixel.
+const THRESHOLD_STEP: u32 = 7;
+
+/// The alpha test of one triangle. At the full texture, a sample passes if its alpha reaches the
+/// cutoff. At other levels alpha is coverage, and of the sixteen samples as many pass: each has a
+/// threshold of its own, in an order that differs between leaves, so that what one leaf leaves
+/// open is not what the leaf behind it leaves open.
 struct AlphaTest<'a> {
     mips: &'a Mips,
     level: u8,
     is_orthographic: bool,
     cutoff: f32,
+    /// Threshold of sample 0 in sixteenths, rounded down.
+    first_threshold: u32,
     u: Plane,
     v: Plane,
 }
@@ -236,7 +254,13 @@ impl AlphaTest<'_> {
     fn passes(&self, depth: &Plane, at: [i64; 2], sample: usize) -> bool {
         let [x, y] = sample_px(at, sample);
         let w = if self.is_orthographic { 1.0 } else { 1.0 / depth.at(x, y) };
-        self.mips.alpha(self.level, [self.u.at(x, y) * w, self.v.at(x, y) * w]) >= self.cutoff
+        let threshold = if self.level == 0 { self.cutoff } else { self.threshold(sample) };
+        self.mips.alpha(self.level, [self.u.at(x, y) * w, self.v.at(x, y) * w]) >= threshold
+    }
+
+    fn threshold(&self, sample: usize) -> f32 {
+        let rank = (self.first_threshold + THRESHOLD_STEP * sample as u32) % SAMPLES as u32;
+        (rank as f32 + 0.5) / SAMPLES as f32
     }
 }
 

@@ -434,3 +434,48 @@ fn more_memory_than_allowed_is_refused_with_one_line_that_says_how_much() {
     assert_eq!(names(&folder), ["tree.glb"]);
     assert!(run(&folder, &[&arguments[..], &["3000"]].concat()).status.success());
 }
+
+#[test]
+fn an_output_that_is_not_named_like_a_model_is_refused_before_the_work() {
+    let folder = TempDir::new().unwrap();
+    for (output, says) in [
+        ("oak.glb", "`foliage-lod grow` writes .glb"),
+        ("oak.GLTF", "oak.vds"),
+        ("oak.png", "foliage-lod render oak.vds -o oak.png"),
+        ("oak", "oak.vds"),
+        ("oak.vds.gz", ".vds"),
+    ] {
+        let line = error_line(&run(&folder, &["simplify", "none.glb", "-o", output]), 2);
+        assert!(line.contains("--output is") && line.contains(says), "{line}");
+    }
+    assert!(names(&folder).is_empty());
+}
+
+/// OBJ text of `count` groups, each a card of its own.
+fn groups(count: usize) -> String {
+    let card = |i: usize| format!("g card.{i}\nv {i} 0 0\nv {i} 1 0\nv {i} 1 1\nv {i} 0 1\nf -4 -3 -2 -1\n");
+    (0..count).map(card).collect()
+}
+
+#[test]
+fn inspect_prints_a_screenful_of_many_parts_unless_all_are_asked_for() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("many.obj"), groups(2000)).unwrap();
+    let short = stdout(&run(&folder, &["inspect", "many.obj"]));
+    assert!(short.lines().count() <= 40 && short.contains("leaf: 2000 parts like \"card.0\""), "{short}");
+    let long = stdout(&run(&folder, &["inspect", "many.obj", "--all"]));
+    assert!(long.lines().filter(|line| line.starts_with("leaf: \"card.")).count() == 2000);
+}
+
+#[test]
+fn foliage_is_named_by_repeated_flags_commas_and_patterns() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("few.obj"), groups(12)).unwrap();
+    let leaves = |names: &[&str]| {
+        let named: Vec<&str> = names.iter().flat_map(|name| ["--leaves", name]).collect();
+        json(&run(&folder, &[&["inspect", "few.obj", "--json"], &named[..]].concat()))["leaves"].clone()
+    };
+    assert_eq!([leaves(&["card.1", "card.2"]), leaves(&["card.1,card.2"]), leaves(&["card.1*"])], [2, 2, 3]);
+    let line = error_line(&run(&folder, &["inspect", "few.obj", "--leaves", "crad.1"]), 2);
+    assert!(line.contains("--leaves is \"crad.1\"") && line.contains("the closest of 12"), "{line}");
+}

@@ -6,6 +6,7 @@
 //! ```
 
 pub mod dolly;
+pub mod far;
 pub mod frames;
 pub mod method;
 pub mod offline;

@@ -4,6 +4,7 @@
 //! Limits: the script only sorts tables; without it the page is still complete.
 
 use super::{
+    far::{FarRow, Seen},
     offline::{LEVEL, OfflineRow},
     plot::{Line, Plot},
     scene_costs::Cost,
@@ -25,6 +26,8 @@ pub struct PlantReport {
     pub pops: Vec<(String, f64)>,
     /// Measurements of each simplification.
     pub offline: Vec<OfflineRow>,
+    /// Coverage and colour of the full plant far away; empty if they were not measured.
+    pub far: Vec<FarRow>,
     /// Picture of the full plant.
     pub full: Image,
     /// Pictures of the shown methods at each level.
@@ -95,7 +98,36 @@ fn section(page: &mut String, report: &PlantReport) -> Result<()> {
     picture_table(page, report)?;
     run_time_table(page, &report.rows, &rows, &front);
     pop_table(page, &report.pops);
+    far_table(page, &report.far);
     offline(page, &report.offline)
+}
+
+/// Coverage and mean colour of the drawers far away, against the reference.
+fn far_table(page: &mut String, rows: &[FarRow]) {
+    if rows.is_empty() {
+        return;
+    }
+    page.push_str("<h3>Far away</h3><table><thead><tr><th>radii</th><th>coverage</th>");
+    for drawer in ["CPU", "GPU, 1 sample", "GPU, 4 samples"] {
+        let _ = write!(page, "<th>{drawer}</th><th>colour</th>");
+    }
+    page.push_str("</tr></thead><tbody>");
+    for row in rows {
+        let _ = write!(page, "<tr><td>{}</td>{}", row.distance, cell(row.truth.coverage_px, 1, " px"));
+        let gpu = row.gpu.map_or([None; 2], |seen| seen.map(Some));
+        for seen in [Some(row.cpu), gpu[0], gpu[1]] {
+            let error = |of: fn(&Seen, &Seen) -> f64| seen.as_ref().map_or(f64::NAN, |seen| of(seen, &row.truth));
+            page.push_str(&cell(100.0 * error(Seen::coverage_error), 1, " %"));
+            page.push_str(&cell(error(Seen::color_error), 1, ""));
+        }
+        page.push_str("</tr>");
+    }
+    page.push_str(
+        "</tbody></table><p class=\"note\">Every leaf is drawn, at these distances in radii, 512 pixels wide. \
+         Coverage is compared with that of a picture of 64 samples per pixel that tests the full textures; colour \
+         is the largest difference of a channel of the mean, on the sRGB scale of 0 to 255. Pictures are averaged \
+         over 16 offsets within a pixel.</p>",
+    );
 }
 
 fn scene_section(page: &mut String, scene: &SceneReport) -> Result<()> {
@@ -438,17 +470,20 @@ mod tests {
     fn names_cannot_break_the_page_or_the_table() {
         let image = Image::filled(2, 2, [9; 4]);
         let shown = vec![Shown { method: "<m>".into(), level: 0.5, image: image.clone() }];
+        let seen = |coverage_px| Seen { coverage_px, color: glam::Vec3::ONE };
         let reports = [PlantReport {
             plant: "<p>".into(),
             leaves: 10,
             rows: vec![row(1.0, 2.0)],
             pops: vec![("<m>".into(), 0.5)],
             offline: Vec::new(),
+            far: vec![FarRow { distance: 6.0, truth: seen(200.0), cpu: seen(190.0), gpu: None }],
             full: image,
             shown,
         }];
         let page = html(&reports, &[], Some("<a>")).unwrap();
         assert!(["<p>:", "<m>", "<a>"].iter().all(|name| !page.contains(name)), "{page}");
+        assert!(page.contains("-5.0 %"), "the CPU covers 190 of 200 pixels");
         let csv = csv(&reports);
         assert!(csv.lines().nth(1).unwrap().starts_with("\"a, \"\"b\"\"\",<m>,0.5,10,64,2,0.5,,0,0,1,"), "{csv}");
     }

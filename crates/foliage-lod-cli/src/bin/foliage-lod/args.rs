@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use clap::{Parser, Subcommand};
 use foliage_lod::{
     effects::FadeBy,
-    import::{Group, ImportOptions},
+    import::{Group, ImportOptions, Up, VertexColors},
     simplify::{Compensate, Criterion, SimplifyOptions},
     software::MAX_IMAGE_SIDE,
     stochastic::AreaRule,
@@ -156,6 +156,9 @@ pub struct Inspect {
     pub file: PathBuf,
     #[command(flatten)]
     pub import: Import,
+    /// Print every part, material and warning of a tree file; by default, at most a screenful.
+    #[arg(long)]
+    pub all: bool,
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
@@ -164,12 +167,27 @@ pub struct Inspect {
 /// How a tree file is split into leaves.
 #[derive(Parser)]
 pub struct Import {
-    /// Name of the foliage material, node or mesh; by default it is guessed.
-    #[arg(long, value_name = "NAME")]
-    pub leaves: Option<String>,
+    /// Names of the foliage: materials, meshes, or nodes with all below them. Repeatable, or with
+    /// commas; * stands for any letters. By default it is guessed.
+    #[arg(long, value_name = "NAME,...")]
+    pub leaves: Vec<String>,
     /// How connected pieces are grouped into leaves.
     #[arg(long, value_parser = variant::<Group>(), default_value_t)]
     pub group: Group,
+    /// Name of the node or object to take, with all below it, where a file has several plants; '*'
+    /// takes everything, also coarser levels of detail, hidden nodes and ground.
+    #[arg(long, value_name = "NAME")]
+    pub plant: Option<String>,
+    /// Use of the vertex colours.
+    #[arg(long, value_parser = variant::<VertexColors>(), default_value_t)]
+    pub vertex_colors: VertexColors,
+    /// Axis of the file that points up.
+    #[arg(long, value_parser = variant::<Up>(), default_value_t)]
+    pub up: Up,
+    /// Alpha from 0 to 1 at or above which cut-out materials are drawn; by default the file's
+    /// cutoff or, for blended materials, half of their largest alpha.
+    #[arg(long, value_name = "ALPHA")]
+    pub alpha_cutoff: Option<f32>,
 }
 
 /// `foliage-lod grow`.
@@ -212,7 +230,8 @@ pub struct Render {
     /// Render a forest of N x N trees.
     #[arg(long, value_name = "N", conflicts_with = "distance")]
     pub grid: Option<u32>,
-    /// Level of detail from 0 to 1; by default it depends on the distance.
+    /// Level of detail from 0 to 1; by default it depends on the distance. Above 0, a plant without
+    /// wood keeps at least one leaf.
     #[arg(long, conflicts_with = "leaves_count")]
     pub lod: Option<f32>,
     /// Number of leaves to draw; by default it depends on the distance.
@@ -312,7 +331,15 @@ impl Simplify {
 impl Import {
     /// The library's options.
     pub fn options(&self) -> ImportOptions {
-        ImportOptions { leaves: self.leaves.clone(), group: self.group, max_memory_mb: None }
+        ImportOptions {
+            leaves: self.leaves.clone(),
+            group: self.group,
+            plant: self.plant.clone(),
+            vertex_colors: self.vertex_colors,
+            up: self.up,
+            alpha_cutoff: self.alpha_cutoff,
+            max_memory_mb: None,
+        }
     }
 }
 

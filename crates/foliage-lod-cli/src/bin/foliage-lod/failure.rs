@@ -50,15 +50,30 @@ impl Failure {
 }
 
 /// Library fields whose flag has a different name, each with that flag.
-const FLAGS: [(&str, &str); 4] = [
+const FLAGS: [(&str, &str); 6] = [
     ("max_memory_mb", "--max-memory"),
     ("species", "SPECIES"),
     ("CpuFragments", "--raster cpu"),
     ("GpuDevice", "--raster gpu"),
+    ("Up::Z", "--up z"),
+    ("VertexColors::Ignore", "--vertex-colors ignore"),
 ];
 /// Library fields whose flag is the same name, spelled with dashes.
-const FIELDS: [&str; 10] =
-    ["group", "leaves", "lod", "max_scale", "resolution", "size", "sizes", "target", "threads", "views"];
+const FIELDS: [&str; 13] = [
+    "alpha_cutoff",
+    "group",
+    "leaves",
+    "lod",
+    "max_scale",
+    "output",
+    "plant",
+    "resolution",
+    "size",
+    "sizes",
+    "target",
+    "threads",
+    "views",
+];
 
 /// The flag for the library's field `name`; `None` if the command has none.
 fn flag(name: &str) -> Option<String> {
@@ -76,13 +91,16 @@ pub fn spelled(error: &Error) -> String {
         spelled = flag(field).unwrap_or_else(|| field.to_string());
         rest = &text[field.len()..];
     }
-    for (i, part) in rest.split('`').enumerate() {
-        spelled += &match i % 2 {
-            0 => part.to_owned(),
-            _ => flag(part).unwrap_or_else(|| format!("`{part}`")),
-        };
-    }
-    spelled
+    spelled + &with_flags(rest)
+}
+
+/// A text of the library with every field in backticks replaced by its flag.
+pub fn with_flags(text: &str) -> String {
+    let part = |(i, part): (usize, &str)| match i % 2 {
+        0 => part.to_owned(),
+        _ => flag(part).unwrap_or_else(|| format!("`{part}`")),
+    };
+    text.split('`').enumerate().map(part).collect()
 }
 
 /// Silences the messages of panics that the library turns into errors, unless backtraces are
@@ -121,6 +139,9 @@ mod tests {
         assert_eq!(spelled(&range), "--max-scale is 0; it must be from 1 to 64");
         let scene = Error::invalid("effects.wind.strength", 7, "from 0 to 0.1");
         assert_eq!(spelled(&scene), "effects.wind.strength is 7; it must be from 0 to 0.1");
+        assert_eq!(with_flags("use `VertexColors::Ignore` or `Up::Z`"), "use --vertex-colors ignore or --up z");
+        assert_eq!(with_flags("name it in `plant`"), "name it in --plant");
+        assert_eq!(with_flags("set `alpha_cutoff` to 0.5"), "set --alpha-cutoff to 0.5");
         assert_eq!(spelled(&Error::gpu("`x` failed")), "GPU: `x` failed; use the CPU: --raster cpu");
     }
 }

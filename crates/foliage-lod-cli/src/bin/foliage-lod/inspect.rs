@@ -13,13 +13,13 @@ use foliage_lod::{
     bounds::{Aabb, Sphere},
     effects::Counts,
     file,
-    import::{self, Imported},
+    import::{self, Finding, Imported},
     material::Material,
     model::MAGIC,
 };
 use indicatif::HumanCount;
 use serde_json::{Value, json};
-use std::{io::Read, path::Path};
+use std::{collections::BTreeMap, io::Read, path::Path};
 
 /// Percentages of the leaves at which the error curve is printed.
 const CURVE_PERCENTS: [u32; 9] = [100, 90, 80, 70, 50, 30, 15, 5, 1];
@@ -34,7 +34,7 @@ pub fn run(args: &args::Inspect) -> Result<(), Failure> {
         return if args.json { output::line(model_json(&model)) } else { tell_model(&model) };
     }
     let imported = spinning("reading", || import::inspect(&args.file, &args.import.options()))?;
-    if args.json { output::line(plant_json(&imported)) } else { tell_plant(&imported) }
+    if args.json { output::line(plant_json(&imported)) } else { tell_plant(&imported, args.all) }
 }
 
 /// Shows the plants and effects of a scene.
@@ -74,13 +74,62 @@ fn is_model(path: &Path) -> bool {
     has_magic || path.extension().is_some_and(|extension| extension == "vds")
 }
 
-fn tell_plant(Imported { plant, findings, warnings, .. }: &Imported) -> Result<(), Failure> {
-    findings.iter().try_for_each(output::line)?;
-    warnings.iter().try_for_each(|warning| output::line(format_args!("warning: {warning}")))?;
+/// Maximum number of lines for parts, warnings and materials, so that a file fits on a screen.
+const MAX_PARTS: usize = 16;
+const MAX_WARNINGS: usize = 8;
+const MAX_MATERIALS: usize = 8;
+
+fn tell_plant(Imported { plant, findings, warnings, .. }: &Imported, all: bool) -> Result<(), Failure> {
+    let most = |most| if all { usize::MAX } else { most };
+    match findings.len() > most(MAX_PARTS) {
+        true => tell_some(&grouped(findings), MAX_PARTS, "kinds of parts")?,
+        false => findings.iter().try_for_each(output::line)?,
+    }
+    let warnings: Vec<String> = warnings.iter().map(output::warning_line).collect();
+    tell_some(&warnings, most(MAX_WARNINGS), "warnings")?;
     let leaves = plant.leaves.len();
     tell_counts("plant", &plant.name, leaves, plant.leaf_triangles(), plant.wood.triangles())?;
-    tell_materials(&plant.materials)?;
+    tell_some(&material_lines(&plant.materials), most(MAX_MATERIALS), "materials")?;
     tell_bounds(plant.aabb(), plant.sphere())
+}
+
+/// Prints the first `most` of `lines`, and how many more there are.
+fn tell_some(lines: &[String], most: usize, what: &str) -> Result<(), Failure> {
+    lines.iter().take(most).try_for_each(output::line)?;
+    match lines.len().saturating_sub(most) {
+        0 => Ok(()),
+        more => output::line(format_args!("... and {more} more {what}; --all prints them")),
+    }
+}
+
+/// One line for all parts with the same verdict, material and reason, those with most triangles
+/// first.
+fn grouped(findings: &[Finding]) -> Vec<String> {
+    let mut groups: BTreeMap<(String, &str, &str), Vec<&Finding>> = BTreeMap::new();
+    for finding in findings {
+        groups.entry((finding.verdict.to_string(), &finding.material, &finding.reason)).or_default().push(finding);
+    }
+    let mut lines: Vec<(usize, String)> = groups.into_values().map(|parts| line_of(&parts)).collect();
+    lines.sort_by_key(|(triangles, _)| std::cmp::Reverse(*triangles));
+    lines.into_iter().map(|(_, line)| line).collect()
+}
+
+/// Number of triangles of parts of one kind, and their line.
+fn line_of(parts: &[&Finding]) -> (usize, String) {
+    let sum = |of: fn(&Finding) -> usize| parts.iter().map(|part| of(part)).sum::<usize>();
+    let [triangles, pieces] = [sum(|part| part.triangles), sum(|part| part.pieces)];
+    let line = match parts {
+        [only] => only.to_string(),
+        [first, ..] => {
+            let Finding { name, material, verdict, reason, .. } = first;
+            let count = parts.len();
+            format!(
+                "{verdict}: {count} parts like {name:?}, material {material:?}, {triangles} triangles in {pieces} pieces: {reason}"
+            )
+        }
+        [] => String::new(),
+    };
+    (triangles, line)
 }
 
 fn tell_model(model: &FoliageModel) -> Result<(), Failure> {
@@ -97,7 +146,7 @@ fn tell_model(model: &FoliageModel) -> Result<(), Failure> {
         recipe.resolution
     ))?;
     output::line(format_args!("invariants: all hold; largest scale {}", model.max_scale))?;
-    tell_materials(&model.materials)?;
+    material_lines(&model.materials).iter().try_for_each(output::line)?;
     tell_bounds(model.aabb(), model.sphere())?;
     output::line("leaves kept  error so far  largest scale")?;
     for CurvePoint { percent, leaves, error, scale } in curve(model) {
@@ -120,12 +169,13 @@ fn tell_counts(
     ))
 }
 
-fn tell_materials(materials: &[Material]) -> Result<(), Failure> {
-    materials.iter().enumerate().try_for_each(|(i, material)| {
+fn material_lines(materials: &[Material]) -> Vec<String> {
+    let line = |(i, material): (usize, &Material)| {
         let texture = if material.texture.is_some() { "textured" } else { "plain" };
         let alpha = material.cutoff().map_or("opaque".into(), |cutoff| format!("alpha cutoff {cutoff}"));
-        output::line(format_args!("material {i} {:?}: {texture}, {alpha}", material.name))
-    })
+        format!("material {i} {:?}: {texture}, {alpha}", material.name)
+    };
+    materials.iter().enumerate().map(line).collect()
 }
 
 fn tell_bounds(aabb: Aabb, sphere: Sphere) -> Result<(), Failure> {
@@ -156,7 +206,7 @@ fn plant_json(Imported { plant, origin, findings, warnings }: &Imported) -> Valu
         "bounds": bounds_json(plant.aabb(), plant.sphere()),
         "origin": origin,
         "findings": findings,
-        "warnings": warnings,
+        "warnings": output::warnings_json(warnings),
     })
 }
 

@@ -1,7 +1,7 @@
 //! Output on stdout: a line per step, or one JSON object at the end.
 
-use crate::failure::Failure;
-use foliage_lod::{Error, model::Recipe};
+use crate::failure::{Failure, with_flags};
+use foliage_lod::{Error, import::Warning, model::Recipe};
 use serde_json::{Value, json};
 use std::{
     fmt::Display,
@@ -71,6 +71,17 @@ pub fn recipe_json(recipe: &Recipe) -> Value {
         "raster": recipe.raster,
         "adapter": recipe.adapter,
     })
+}
+
+/// Warnings of an import as a JSON array.
+pub fn warnings_json(warnings: &[Warning]) -> Value {
+    let json = |Warning { kind, message, fix }: &Warning| json!({ "kind": kind.to_string(), "message": with_flags(message), "fix": with_flags(fix) });
+    warnings.iter().map(json).collect()
+}
+
+/// The line of one warning.
+pub fn warning_line(warning: &Warning) -> String {
+    format!("warning: {}", with_flags(&warning.to_string()))
 }
 
 /// Merges two JSON objects; where both have a key, the value of `other` is kept.

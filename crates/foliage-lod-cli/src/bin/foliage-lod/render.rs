@@ -14,7 +14,7 @@ use crate::{
 use foliage_lod::{
     Error, FoliageModel, Look, Result,
     effects::{Contrast, CrownNormals, Effects, Fade, FadeRule as Rule, Translucency, Wind},
-    extract::{CookLambda, LodPolicy, fewest_leaves, leaf_count},
+    extract::{self, CookLambda, LodPolicy, fewest_leaves, leaf_count},
     file,
     simplify::CpuFragments,
     stochastic::Stochastic,
@@ -134,7 +134,7 @@ fn active_count(args: &args::Render, model: &FoliageModel, distance: f32) -> u32
     match (args.method, args.leaves_count, args.lod) {
         (Method::Full, _, _) => leaves,
         (_, Some(n), _) => n.min(leaves),
-        (_, None, Some(lod)) => leaf_count(lod, leaves, 0),
+        (_, None, Some(lod)) => extract::active_count(model, lod),
         (Method::Vds, None, None) => pictures::count_at(model, distance),
         (Method::Stochastic, None, None) => {
             let lambda = CookLambda::default().lod(&pictures::sight(model, distance));

@@ -33,7 +33,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     let mut steps = Steps::new(args.json);
     let import_options = ImportOptions { max_memory_mb: args.max_memory, ..args.import.options() };
     let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &import_options))?;
-    warnings.iter().for_each(|warning| complain(format_args!("warning: {warning}")));
+    warnings.iter().for_each(|warning| complain(output::warning_line(warning)));
     let import_seconds =
         steps.done("read", format!("{}: {} leaves", plant.name, HumanCount(plant.leaves.len() as u64)))?;
     let (Simplified { model, fragments, seconds }, rasteriser) = simplified(args.raster, &plant, &options)?;
@@ -65,6 +65,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
                 "write": write_seconds,
                 "total": steps.total_seconds(),
             },
+            "warnings": output::warnings_json(&warnings),
             "peak_bytes": peak_bytes(),
             "model_bytes": bytes.len(),
         });
@@ -89,10 +90,32 @@ fn reach(target: Target, plant: &Plant, model: &FoliageModel, steps: &mut Steps)
 fn check_outputs(args: &args::Simplify) -> Result<(), Error> {
     file::check_writable(&args.output)?;
     file::check_apart(&args.output, [&args.input])?;
+    check_ending(&args.output)?;
     match &args.pictures {
         Some(folder) => file::check_writable(folder.join("100.png")),
         None => Ok(()),
     }
+}
+
+/// Rejects an output with the ending of another kind of file, with the command that writes such
+/// files.
+fn check_ending(output: &Path) -> Result<(), Error> {
+    let ending = output.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let model = output.with_extension("vds");
+    let model = model.display();
+    let allowed = match ending.as_str() {
+        "vds" | "" => return Ok(()),
+        "png" | "jpg" | "jpeg" | "webp" => {
+            format!("a .vds file; to draw it: foliage-lod render {model} -o {}", output.with_extension("png").display())
+        }
+        "glb" | "gltf" | "obj" => {
+            format!(
+                "a .vds file such as {model}: models are not exported to .{ending}, only `foliage-lod grow` writes .glb"
+            )
+        }
+        _ => format!("a .vds file such as {model}"),
+    };
+    Err(Error::invalid("output", format!("{:?}", output.display().to_string()), allowed))
 }
 
 fn draw_pictures(model: &FoliageModel, folder: &Path, steps: &mut Steps) -> Result<(), Failure> {

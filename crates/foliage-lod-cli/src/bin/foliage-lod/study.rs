@@ -11,7 +11,7 @@ use crate::{
 use foliage_lod::{
     Error, Plant, Result,
     file::{check_writable, write_whole},
-    gpu::{GpuDevice, GpuOptions},
+    gpu::{GpuDevice, GpuOptions, guarded},
     grow::{GrowOptions, Species, grow},
     import::{self, ImportOptions},
     simplify::CpuFragments,
@@ -19,6 +19,7 @@ use foliage_lod::{
 };
 use foliage_lod_cli::report::{
     Method, Study, StudyOptions,
+    far::{self, FarRow},
     offline::{self, OfflineRow},
     page::{self, PlantReport, SceneReport},
     study::Row,
@@ -119,8 +120,20 @@ fn study(
         rows.extend(of_method);
         interrupt::check()?;
     }
+    let far = if args.brief { Vec::new() } else { spinning("measuring far away", || far_rows(plant, gpu))? };
     let full = study.full_shown()?;
-    Ok(PlantReport { plant: plant.name.clone(), leaves: plant.leaves.len() as u32, rows, pops, offline, full, shown })
+    let (name, leaves) = (plant.name.clone(), plant.leaves.len() as u32);
+    Ok(PlantReport { plant: name, leaves, rows, pops, offline, far, full, shown })
+}
+
+/// The full plant far away; without the GPU once it has failed or where the plant does not fit on
+/// it.
+fn far_rows(plant: &Plant, gpu: Option<&GpuDevice>) -> Result<Vec<FarRow>> {
+    let model = shuffled(plant, SEED)?;
+    match guarded(|| far::measure(&model, gpu)) {
+        Err(Error::Gpu { .. } | Error::TooLarge { .. }) if gpu.is_some() => far::measure(&model, None),
+        rows => rows,
+    }
 }
 
 /// Methods that the presets are compared with; the `--against` chain comes last.
@@ -183,8 +196,22 @@ fn json(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>) 
             .map(move |(method, change)| json!({ "plant": plant, "method": method, "change": change }))
     };
     let pops: Vec<Value> = reports.iter().flat_map(pop).collect();
+    let far =
+        |report: &PlantReport| -> Vec<Value> { report.far.iter().map(|row| json_far(&report.plant, row)).collect() };
+    let far: Vec<Value> = reports.iter().flat_map(far).collect();
     let scenes: Vec<Value> = scenes.iter().flat_map(scene_study::json_rows).collect();
-    json!({ "adapter": adapter, "rows": rows, "pops": pops, "offline": offline, "scenes": scenes })
+    json!({ "adapter": adapter, "rows": rows, "pops": pops, "far": far, "offline": offline, "scenes": scenes })
+}
+
+fn json_far(plant: &str, row: &FarRow) -> Value {
+    let seen = |seen: &far::Seen| json!({ "coverage_px": seen.coverage_px, "color": seen.color.to_array() });
+    json!({
+        "plant": plant,
+        "distance": row.distance,
+        "reference": seen(&row.truth),
+        "cpu": seen(&row.cpu),
+        "gpu": row.gpu.iter().flatten().map(seen).collect::<Vec<_>>(),
+    })
 }
 
 fn json_row(row: &Row) -> Value {

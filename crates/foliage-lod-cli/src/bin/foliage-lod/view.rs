@@ -5,7 +5,7 @@ use foliage_lod::{
     FoliageModel, FoliageRenderer, Instance, Look, LookAt, Result, Swap,
     bounds::Sphere,
     draw::{Coloring, ModelId, Prepared},
-    extract::{Blend, LodPolicy, REFERENCE_FOV_Y, Sight, fewest_leaves},
+    extract::{Blend, LodPolicy, REFERENCE_FOV_Y, Sight, fewest_leaves, fewest_visible},
     gpu::GpuDevice,
     model::Transition,
 };
@@ -58,6 +58,8 @@ struct Viewer {
     id: ModelId,
     name: String,
     leaves: u32,
+    /// Fewest leaves with manual detail above 0.
+    fewest_visible: u32,
     sphere: Sphere,
     swap: Swap,
     /// Direction from the plant's centre to the eye.
@@ -82,6 +84,7 @@ impl Viewer {
             foliage,
             name: model.name.clone(),
             leaves: model.leaves.len() as u32,
+            fewest_visible: fewest_visible(&model),
             sphere: model.sphere(),
             swap: Swap::new(&model),
             towards_eye: DVec3::new(0.42, 0.24, 0.89),
@@ -107,6 +110,14 @@ impl Viewer {
                 fov_y: REFERENCE_FOV_Y,
                 height_px: height_px as f32,
             }),
+        }
+    }
+
+    fn fewest(&self) -> u32 {
+        match self.detail {
+            Detail::Manual if self.lod > 0.0 => self.fewest_visible,
+            Detail::Manual => 0,
+            Detail::Full | Detail::Automatic => fewest_leaves(self.leaves),
         }
     }
 
@@ -160,8 +171,7 @@ impl Stage for Viewer {
             self.coloring[1] = self.coloring[0];
             self.foliage.set_coloring(self.coloring[0]);
         }
-        let active = self.share(size[1]) * self.leaves as f32;
-        let active = if self.detail == Detail::Manual { active } else { active.max(fewest_leaves(self.leaves) as f32) };
+        let active = (self.share(size[1]) * self.leaves as f32).max(self.fewest() as f32);
         let started = Instant::now();
         self.swap.set_active(active as u32);
         self.extraction_us = started.elapsed().as_secs_f64() * 1e6;
