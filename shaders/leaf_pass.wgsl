@@ -17,6 +17,8 @@ struct LeafRecord {
     end_event: u32,
     // Width and height of the part of the texture that the leaf shows.
     uv_size: array<f32, 2>,
+    // Random seed of its partial coverage.
+    seed: u32,
 }
 
 @group(0) @binding(4) var<storage, read> vertices: array<LeafVertex>;
@@ -54,6 +56,7 @@ fn leaf_surface(corner: u32, item: vec2<u32>) -> Surface {
     surface.normal = moved.normal;
     surface.material = leaf.material;
     surface.leaf = vertex.leaf;
+    surface.seed = leaf.seed;
     surface.share = 1.0;
     surface.uv_size = vec2(leaf.uv_size[0], leaf.uv_size[1]);
     return surface;
@@ -61,7 +64,7 @@ fn leaf_surface(corner: u32, item: vec2<u32>) -> Surface {
 
 @fragment
 fn leaf_color(surface: Surface) -> Shaded {
-    return shaded(surface, true, surface.leaf);
+    return shaded(surface, true);
 }
 
 fn leaf_tint(vertex: LeafVertex) -> vec3<f32> {

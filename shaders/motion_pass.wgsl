@@ -12,11 +12,13 @@ struct Moving {
     @location(4) @interpolate(flat) instance: u32,
     @location(5) @interpolate(flat) leaf: u32,
     @location(6) @interpolate(flat) uv_size: vec2<f32>,
+    @location(7) @interpolate(flat) seed: u32,
 }
 
 fn moving(now: Surface, before: Surface) -> Moving {
     return Moving(
         now.clip, now.uv, now.clip.xyw, before.clip.xyw, now.material, now.instance, now.leaf, now.uv_size,
+        now.seed,
     );
 }
 
@@ -24,7 +26,7 @@ fn moving(now: Surface, before: Surface) -> Moving {
 fn motion(moving: Moving) -> @location(0) vec2<f32> {
     let instance = instances[moving.instance];
     // A leaf that fades by alpha is drawn if at least half present.
-    if is_hole(materials[moving.material], moving.uv, moving.uv_size, moving.leaf) || fade_share(moving.leaf, instance) < 0.5 {
+    if is_hole(materials[moving.material], moving.uv, moving.uv_size, moving.seed) || fade_share(moving.leaf, instance) < 0.5 {
         discard;
     }
     if moving.before.z <= 0.0 {

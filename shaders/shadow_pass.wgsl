@@ -3,7 +3,7 @@
 
 @fragment
 fn cast_shadow(surface: Surface) {
-    if is_hole(materials[surface.material], surface.uv, surface.uv_size, surface.leaf) {
+    if is_hole(materials[surface.material], surface.uv, surface.uv_size, surface.seed) {
         discard;
     }
 }

@@ -78,6 +78,8 @@ struct Surface {
     @location(7) @interpolate(flat) share: f32,
     // Width and height of the part of the texture that the surface shows, in texture coordinates.
     @location(8) @interpolate(flat) uv_size: vec2<f32>,
+    // Random seed of the surface's partial coverage; 0 for wood.
+    @location(9) @interpolate(flat) seed: u32,
 }
 
 // Position and normal of a leaf's vertex after scaling and wind.
@@ -91,10 +93,10 @@ struct Shaded {
     @builtin(sample_mask) samples: u32,
 }
 
-fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
+fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     let material = materials[surface.material];
     let instance = instances[surface.instance];
-    let texel = texel(material, surface.uv, surface.uv_size, surface.leaf);
+    let texel = texel(material, surface.uv, surface.uv_size, surface.seed);
     var coverage = texel.coverage * surface.share;
     var dither = texel.dither;
     if surface.share < 1.0 {
@@ -103,7 +105,7 @@ fn shaded(surface: Surface, is_leaf: bool, pattern: u32) -> Shaded {
     if is_leaf {
         coverage *= fade_share(surface.leaf, instance);
     }
-    let samples = covered_samples(coverage, dither, pattern);
+    let samples = covered_samples(coverage, dither, surface.seed);
     if samples == 0u {
         discard;
     }
@@ -137,18 +139,18 @@ fn presence(leaf: u32, instance: Instance) -> f32 {
 }
 
 // Mask of coverage * SAMPLES samples, rounded up where the fraction exceeds 1 - dither. It is
-// rotated by `pattern`, which differs between leaves, so that overlapping leaves cover different
+// rotated by `seed`, which differs between leaves, so that overlapping leaves cover different
 // samples.
-fn covered_samples(coverage: f32, dither: f32, pattern: u32) -> u32 {
+fn covered_samples(coverage: f32, dither: f32, seed: u32) -> u32 {
     let count = u32(coverage * f32(SAMPLES) + dither);
-    let first = pattern % SAMPLES;
+    let first = (seed >> 16u) % SAMPLES;
     let run = (1u << min(count, SAMPLES)) - 1u;
     return (run << first) | (run >> (SAMPLES - first));
 }
 
 // Whether the surface is transparent here, for passes with one sample per pixel.
-fn is_hole(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, leaf: u32) -> bool {
-    let texel = texel(material, uv, uv_size, leaf);
+fn is_hole(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> bool {
+    let texel = texel(material, uv, uv_size, seed);
     return texel.coverage + texel.dither < 1.0;
 }
 
@@ -164,7 +166,7 @@ struct Texel {
 }
 
 // The full texture's alpha is compared with the cutoff; the alpha of its mip levels is coverage.
-fn texel(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, leaf: u32) -> Texel {
+fn texel(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> Texel {
     let size = vec2<f32>(textureDimensions(textures));
     let right = dpdx(uv) * size;
     let down = dpdy(uv) * size;
@@ -189,15 +191,15 @@ fn texel(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, leaf: u32) -> Te
     // Cells of about a pixel: smaller ones would flicker when the surface moves.
     let whole = floor(max(level, 0.0)) + FINER_LEVELS;
     let cell = vec3(vec2<i32>(floor(uv * size * exp2(-whole))), i32(whole));
-    let dither = mix(0.5, hash(cell, leaf), minified);
+    let dither = mix(0.5, hash(cell, seed), minified);
     // Texels are multiplied by alpha.
     let color = filtered.rgb / max(filtered.a, LEAST_ALPHA);
     return Texel(color, select(1.0, coverage, material.cutoff > 0.0), dither);
 }
 
-// Hash of a cell of a leaf, from 0 to below 1.
-fn hash(cell: vec3<i32>, leaf: u32) -> f32 {
-    var mixed = leaf * HASH_MULTIPLIER;
+// Hash of a cell of a surface, from 0 to below 1.
+fn hash(cell: vec3<i32>, seed: u32) -> f32 {
+    var mixed = seed * HASH_MULTIPLIER;
     for (var axis = 0; axis < 3; axis++) {
         mixed = (mixed ^ (mixed >> 15u) ^ u32(cell[axis])) * HASH_MULTIPLIER;
     }

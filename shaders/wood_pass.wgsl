@@ -40,5 +40,5 @@ fn wood_surface(instance: u32, rest: vec3<f32>, wide: vec3<f32>) -> Surface {
 
 @fragment
 fn wood_color(surface: Surface) -> Shaded {
-    return shaded(surface, false, 0u);
+    return shaded(surface, false);
 }

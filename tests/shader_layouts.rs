@@ -94,7 +94,7 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     assert_layout!(&module, Tone, "Tone", [mean, kept]);
     assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, phases, flutter]);
     assert_layout!(&module, LeafVertex, "LeafVertex", [position, normal, uv, color, leaf]);
-    assert_layout!(&module, LeafRecord, "LeafRecord", [pivot, material, first_event, end_event, uv_size]);
+    assert_layout!(&module, LeafRecord, "LeafRecord", [pivot, material, first_event, end_event, uv_size, seed]);
     assert_layout!(&module, Event, "Event", [leaf, scale]);
     parsed(&shaders::backdrop_pass());
     let shadowed = Look {

@@ -19,6 +19,7 @@ pub(crate) mod light;
 pub(crate) mod look;
 #[cfg(feature = "software")]
 pub(crate) mod mips;
+pub(crate) mod seed;
 pub(crate) mod shader;
 pub(crate) mod stems;
 pub(crate) mod sun;

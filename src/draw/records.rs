@@ -93,6 +93,8 @@ pub struct LeafRecord {
     pub end_event: u32,
     /// Width and height of the part of the texture that the leaf shows, in texture coordinates.
     pub uv_size: [f32; 2],
+    /// Random seed, by which partial coverage is spread over samples.
+    pub seed: u32,
 }
 
 /// One event of the timeline as `leaf_pass.wgsl` reads it.

@@ -4,7 +4,7 @@ use super::{light::Light, samples::SAMPLES};
 use crate::{
     Plant,
     bounds::Aabb,
-    draw::{light::Lighting, records::Tone},
+    draw::{light::Lighting, records::Tone, seed::seed},
     effects::{FadeBy, wind::Sway},
     leaf::Vertex,
     model::{FoliageModel, Leaf, Timeline, Transition},
@@ -33,6 +33,15 @@ pub struct Part<'a> {
 }
 
 impl Part<'_> {
+    /// Random seed of the leaf; 0 for a part without triangles.
+    pub(super) fn seed(&self, crown: &Aabb) -> u32 {
+        let corner = |&index: &u32| self.vertices.get(index as usize);
+        match self.indices.first_chunk::<3>().map(|corners| corners.each_ref().map(corner)) {
+            Some([Some(a), Some(b), Some(c)]) => seed([a, b, c], crown),
+            _ => 0,
+        }
+    }
+
     /// Mask of the samples that the part may cover, one bit per sample. The first one depends on
     /// the leaf, so that fading leaves in front of each other cover different samples and add up.
     pub(super) fn samples(&self) -> u32 {

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     Camera, Depth,
+    bounds::Aabb,
     draw::mips::Mips,
     edge::{SUBPIXEL, twice_area},
     effects::wind::Sway,
@@ -44,7 +45,7 @@ pub(super) struct ScreenTriangle {
     pub(super) plant: u32,
     /// Mip level.
     pub(super) level: u8,
-    /// Its leaf, or `None` for wood.
+    /// Random seed of its leaf, or `None` for wood.
     pub(super) leaf: Option<u32>,
     /// Mask of the samples of a pixel that it may cover, one bit per sample.
     pub(super) samples: u32,
@@ -72,6 +73,7 @@ pub(super) fn project(
     let mut projector = Projector {
         plant: 0,
         sway: None,
+        seed: None,
         clip_from_plant: camera.clip_from_world,
         eye: camera.eye,
         depth: camera.depth,
@@ -84,7 +86,7 @@ pub(super) fn project(
         projector.enter(number, plant, camera);
         for part in plant.list.parts.iter().filter(|part| wood || part.leaf.is_some()) {
             let mips = mips.get(part.material as usize).and_then(Option::as_ref);
-            projector.part(part, mips);
+            projector.part(part, &plant.list.crown, mips);
         }
     }
     projector.out
@@ -102,6 +104,8 @@ struct Projector {
     /// Index of the plant being projected; `sway`, `clip_from_plant` and `eye` belong to it.
     plant: u32,
     sway: Option<Sway>,
+    /// Random seed of the leaf being projected; `None` for wood.
+    seed: Option<u32>,
     clip_from_plant: DMat4,
     /// Position of the eye in plant space.
     eye: DVec3,
@@ -121,7 +125,8 @@ impl Projector {
         self.sway = plant.sway;
     }
 
-    fn part(&mut self, part: &Part<'_>, mips: Option<&Mips>) {
+    fn part(&mut self, part: &Part<'_>, crown: &Aabb, mips: Option<&Mips>) {
+        self.seed = part.leaf.map(|_| part.seed(crown));
         for triangle in part.indices.chunks_exact(3) {
             let point = |i: usize| part.vertices.get(triangle[i] as usize).map(|vertex| self.point(part, vertex));
             if let (Some(a), Some(b), Some(c)) = (point(0), point(1), point(2)) {
@@ -204,7 +209,7 @@ impl Projector {
             material: part.material,
             plant: self.plant,
             level,
-            leaf: part.leaf,
+            leaf: self.seed,
             samples: part.samples(),
             nearest,
         });

@@ -17,7 +17,6 @@ use crate::{
         records::Tone,
     },
     edge::{Edge, SUBPIXEL, twice_area},
-    effects::wind::HASH_MULTIPLIER,
     material::Material,
     stochastic::contrast::toned,
 };
@@ -155,7 +154,7 @@ impl Tile {
             level: triangle.level,
             is_orthographic: scene.is_orthographic,
             cutoff,
-            first_threshold: triangle.leaf.unwrap_or_default().wrapping_mul(HASH_MULTIPLIER) >> 28,
+            first_threshold: triangle.leaf.unwrap_or_default() >> 28,
             u: self.plane(triangle, scene, |corner| corner.uv[0] as f64 * corner.inverse_w as f64),
             v: self.plane(triangle, scene, |corner| corner.uv[1] as f64 * corner.inverse_w as f64),
         })
