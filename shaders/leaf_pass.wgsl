@@ -17,7 +17,7 @@ struct LeafRecord {
     end_event: u32,
     // Width and height of the part of the texture that the leaf shows.
     uv_size: array<f32, 2>,
-    // Random seed of its partial coverage.
+    // Seed of its partial coverage, like a fraction of 2^32.
     seed: u32,
 }
 

@@ -78,7 +78,7 @@ struct Surface {
     @location(7) @interpolate(flat) share: f32,
     // Width and height of the part of the texture that the surface shows, in texture coordinates.
     @location(8) @interpolate(flat) uv_size: vec2<f32>,
-    // Random seed of the surface's partial coverage; 0 for wood.
+    // Seed of the surface's partial coverage, like a fraction of 2^32; 0 for wood.
     @location(9) @interpolate(flat) seed: u32,
 }
 
@@ -100,7 +100,7 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     var coverage = texel.coverage * surface.share;
     var dither = texel.dither;
     if surface.share < 1.0 {
-        dither = hash(vec3<i32>(floor(surface.position_local / instance.stem_width)), 0u);
+        dither = hash(vec3<i32>(floor(surface.position_local / instance.stem_width)));
     }
     if is_leaf {
         coverage *= fade_share(surface.leaf, instance);
@@ -160,8 +160,8 @@ struct Texel {
     // Fraction of the pixel that opaque texels cover.
     coverage: f32,
     // Offset of the threshold that coverage is rounded at: 1/2 where the texture is magnified.
-    // Where it is minified, a hash of the leaf and its texel, so that coverage is right on average
-    // and stays in place on the leaf.
+    // Where it is minified, the leaf's seed plus a hash of the texel, so that coverage is right on
+    // average and stays in place on the leaf.
     dither: f32,
 }
 
@@ -191,15 +191,15 @@ fn texel(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> Te
     // Cells of about a pixel: smaller ones would flicker when the surface moves.
     let whole = floor(max(level, 0.0)) + FINER_LEVELS;
     let cell = vec3(vec2<i32>(floor(uv * size * exp2(-whole))), i32(whole));
-    let dither = mix(0.5, hash(cell, seed), minified);
+    let dither = mix(0.5, fract(hash(cell) + f32(seed >> 8u) / 16777216.0), minified);
     // Texels are multiplied by alpha.
     let color = filtered.rgb / max(filtered.a, LEAST_ALPHA);
     return Texel(color, select(1.0, coverage, material.cutoff > 0.0), dither);
 }
 
 // Hash of a cell of a surface, from 0 to below 1.
-fn hash(cell: vec3<i32>, seed: u32) -> f32 {
-    var mixed = seed * HASH_MULTIPLIER;
+fn hash(cell: vec3<i32>) -> f32 {
+    var mixed = 0u;
     for (var axis = 0; axis < 3; axis++) {
         mixed = (mixed ^ (mixed >> 15u) ^ u32(cell[axis])) * HASH_MULTIPLIER;
     }

@@ -93,7 +93,7 @@ pub struct LeafRecord {
     pub end_event: u32,
     /// Width and height of the part of the texture that the leaf shows, in texture coordinates.
     pub uv_size: [f32; 2],
-    /// Random seed, by which partial coverage is spread over samples.
+    /// Seed by which partial coverage is spread over samples, like a fraction of 2^32.
     pub seed: u32,
 }
 

@@ -5,7 +5,7 @@
 
 use super::{
     records::{CrownRecord, Event, LeafRecord, LeafVertex, WoodVertex},
-    seed::seed,
+    seed::seeds,
     stems::{DrawnStems, Levels, Stems},
 };
 use crate::{
@@ -141,18 +141,15 @@ fn leaf_vertices(model: &FoliageModel, center: DVec3) -> Vec<LeafVertex> {
 
 fn leaf_records(model: &FoliageModel, center: DVec3) -> (Vec<LeafRecord>, Vec<Event>) {
     let timeline = Timeline::new(model);
-    let crown = Aabb::of_points(model.vertices.iter().map(|vertex| vertex.position));
-    let corners = |leaf: &crate::model::Leaf| {
-        let first = leaf.indices[0] as usize;
-        [0, 1, 2].map(|corner| &model.vertices[model.indices[first + corner] as usize])
-    };
-    let leaves = model.leaves.iter().zip(timeline.starts().windows(2)).map(|(leaf, events)| LeafRecord {
+    let seeds = seeds(&model.vertices, &model.indices, model.leaves.iter().map(|leaf| leaf.indices));
+    let leaves = model.leaves.iter().zip(timeline.starts().windows(2)).zip(seeds);
+    let leaves = leaves.map(|((leaf, events), seed)| LeafRecord {
         pivot: local(leaf.pivot, center),
         material: leaf.material,
         first_event: events[0],
         end_event: events[1],
         uv_size: uv_size(&model.vertices[leaf.geometry().vertex_range()]),
-        seed: seed(corners(leaf), &crown),
+        seed,
     });
     let events = timeline.events().iter().zip(timeline.scales()).map(|(&leaf, &scale)| Event { leaf, scale });
     (leaves.collect(), events.collect())

@@ -144,13 +144,13 @@ impl FoliageModel {
         }
     }
 
-    /// Bounding box of the wood and of every leaf at each scale from 1 to its largest: the box to
+    /// Bounding box of the wood and of every leaf at each scale from 0 to its largest: the box to
     /// cull with, at any active count. O(vertices).
     pub fn enlarged_aabb(&self) -> Aabb {
         Aabb::of_points(self.reach())
     }
 
-    /// Bounding sphere of the wood and of every leaf at each scale from 1 to its largest.
+    /// Bounding sphere of the wood and of every leaf at each scale from 0 to its largest.
     /// O(vertices).
     pub fn enlarged_sphere(&self) -> Sphere {
         Sphere::of_points(self.reach())
@@ -167,14 +167,15 @@ impl FoliageModel {
         largest
     }
 
-    /// Every vertex at scale 1 and, for leaves, also at the leaf's largest scale. Any convex shape
-    /// around both contains the vertex at all scales in between.
+    /// Every vertex of the wood, and for each leaf its pivot and its vertices at scale 1 and at its
+    /// largest. Any convex shape around them contains the leaf at all scales.
     fn reach(&self) -> impl Iterator<Item = [f32; 3]> + Clone {
         let scales = std::sync::Arc::new(self.largest_scales());
         let leaves = (0..self.leaves.len()).flat_map(move |i| {
             let (leaf, scale) = (&self.leaves[i], scales[i]);
             let vertices = self.vertices.get(leaf.geometry().vertex_range()).unwrap_or_default();
-            vertices.iter().flat_map(move |v| [v.position, scaled(v.position, leaf.pivot, scale)])
+            let at_scales = vertices.iter().flat_map(move |v| [v.position, scaled(v.position, leaf.pivot, scale)]);
+            std::iter::once(leaf.pivot).chain(at_scales)
         });
         leaves.chain(self.wood.vertices.iter().map(|vertex| vertex.position))
     }

@@ -20,6 +20,7 @@
 
 use super::{
     change::Gain,
+    outline::beyond,
     views::{CAMERA_DISTANCE, ViewSet},
 };
 use crate::{
@@ -81,16 +82,18 @@ impl ViewLook<'_> {
 }
 
 impl ViewLook<'_> {
-    /// Gain of one pixel when polygon `after` replaces polygon `before` and `reference` is
-    /// frontmost at full detail.
+    /// Gain of one pixel when polygon `after` replaces polygon `before`. `reference` is the
+    /// frontmost polygon at full detail, or the row [`beyond`].
     pub fn gain(&self, before: u32, after: u32, reference: u32) -> Gain {
         if before == after {
             return Gain::default();
         }
-        Gain {
-            closer: self.difference(before, reference) - self.difference(after, reference),
-            covered: i64::from(before == self.background) - i64::from(after == self.background),
-        }
+        let is_beyond = reference == beyond(self.background);
+        let reference = if is_beyond { self.background } else { reference };
+        let closer = self.difference(before, reference) - self.difference(after, reference);
+        let covered = i64::from(before == self.background) - i64::from(after == self.background);
+        let [within, beyond] = if is_beyond { [0, covered] } else { [covered, 0] };
+        Gain { closer, within, beyond }
     }
 }
 
@@ -311,8 +314,9 @@ mod tests {
         let appearance = Appearance::silhouette(3, 2);
         let look = appearance.view(1);
         assert_eq!([look.difference(0, 2), look.difference(0, 4), look.difference(3, 4)], [0, 0, 1]);
-        assert_eq!(look.gain(3, 1, 0), Gain { closer: 1, covered: 1 });
-        assert_eq!(look.gain(1, 3, 3), Gain { closer: 1, covered: -1 });
+        assert_eq!(look.gain(3, 1, 0), Gain { closer: 1, within: 1, beyond: 0 });
+        assert_eq!(look.gain(1, 3, 3), Gain { closer: 1, within: -1, beyond: 0 });
+        assert_eq!(look.gain(3, 1, beyond(3)), Gain { closer: -1, within: 0, beyond: 1 });
     }
 
     #[test]

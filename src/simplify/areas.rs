@@ -1,6 +1,6 @@
 //! Visible areas: the number of pixels of each view in which each polygon is frontmost.
 
-use super::change::Change;
+use super::{change::Change, outline::beyond};
 
 /// Areas a_z(v) of the leaves, the background and the wood, and the number of pixels in which each
 /// is directly behind the frontmost polygon.
@@ -19,6 +19,8 @@ pub struct Areas {
     /// For each row, the number of pixels over all views in which it is directly behind the
     /// frontmost polygon.
     seconds: Vec<u32>,
+    /// Number of covered pixels over all views beyond the crown's outline.
+    beyond: i64,
     pending: Pending,
 }
 
@@ -43,6 +45,7 @@ impl Areas {
             areas: vec![0; rows * views],
             totals: vec![0; rows],
             seconds: vec![0; rows],
+            beyond: 0,
             pending: Pending { rows: Vec::new(), places: vec![0; rows], deltas: Vec::new() },
         }
     }
@@ -72,6 +75,20 @@ impl Areas {
         self.seconds[leaf]
     }
 
+    /// Number of covered pixels, over all views, beyond the crown's [outline](super::outline); 0 if
+    /// the views keep no references.
+    pub fn beyond(&self) -> i64 {
+        self.beyond
+    }
+
+    /// Counts `count` pixels that are covered by `front`, or uncovered if negative.
+    pub fn count_beyond(&mut self, reference: u32, front: u32, count: i64) {
+        let background = self.background() as u32;
+        if reference == beyond(background) && front != background {
+            self.beyond += count;
+        }
+    }
+
     /// Counts a pixel of view `view`, to build the initial areas.
     pub fn count(&mut self, view: usize, [front, second]: [u32; 2]) {
         self.areas[front as usize * self.views + view] += 1;
@@ -80,13 +97,15 @@ impl Areas {
     }
 
     /// Collects a change in view `view`. Areas stay the same until [`commit`](Self::commit); the
-    /// counts of [`seconds`](Self::seconds) change at once.
+    /// counts of [`seconds`](Self::seconds) and [`beyond`](Self::beyond) change at once.
     pub fn collect(&mut self, view: usize, change: &Change) {
         self.seconds[change.from[1] as usize] -= change.count;
         self.seconds[change.to[1] as usize] += change.count;
         if change.from[0] != change.to[0] {
             self.pending.add(change.from[0], view, self.views, -(change.count as i32));
             self.pending.add(change.to[0], view, self.views, change.count as i32);
+            self.count_beyond(change.reference, change.from[0], -i64::from(change.count));
+            self.count_beyond(change.reference, change.to[0], change.count.into());
         }
     }
 

@@ -5,7 +5,7 @@ use super::{
     areas::Areas,
     change::{Change, Gain},
     layers::Layers,
-    price::{Price, STEPS},
+    price::{Price, Prices, STEPS},
     tournament::{Key, OUT, Tournament},
 };
 use std::sync::Arc;
@@ -90,8 +90,8 @@ impl Criterion for VisibleArea {
 pub struct ImageLoss {
     appearance: Arc<Appearance>,
     price: Price,
-    /// Price used in the tournament's keys, in steps.
-    steps: i64,
+    /// Prices used in the tournament's keys, in steps.
+    prices: Prices,
     /// Gain of pruning each leaf; usually negative.
     gains: Vec<Gain>,
     tournament: Tournament,
@@ -110,13 +110,13 @@ impl ImageLoss {
             }
         }
         let tournament = Tournament::new(vec![OUT; areas.leaves]);
-        let mut criterion = Self { appearance, price, steps: price.steps(areas), gains, tournament };
+        let mut criterion = Self { appearance, price, prices: price.steps(areas), gains, tournament };
         (0..areas.leaves as u32).for_each(|leaf| criterion.tournament.set(leaf, criterion.key(areas, leaf)));
         criterion
     }
 
     fn key(&self, areas: &Areas, leaf: u32) -> Key {
-        let score = self.gains[leaf as usize].score(self.steps * self.appearance.coverage());
+        let score = self.gains[leaf as usize].score(self.prices * self.appearance.coverage());
         (-score, tie_break(areas, leaf))
     }
 }
@@ -147,9 +147,9 @@ impl Criterion for ImageLoss {
             }
         }
         areas.commit();
-        let steps = self.price.steps(areas);
-        if self.steps != steps {
-            self.steps = steps;
+        let prices = self.price.steps(areas);
+        if self.prices != prices {
+            self.prices = prices;
             let live = (0..areas.leaves as u32).filter(|&leaf| self.tournament.key(leaf) != OUT);
             for leaf in live.collect::<Vec<_>>() {
                 self.tournament.set(leaf, self.key(areas, leaf));

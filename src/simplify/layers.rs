@@ -59,7 +59,8 @@ pub struct Layers {
     abandoned: usize,
     /// Number of leaves, which is also the background's row; the wood's row is the next.
     leaves: u32,
-    /// Frontmost polygon of each pixel at full detail; empty if references are not kept.
+    /// Frontmost polygon of each pixel at full detail, or the row
+    /// [`outline::beyond`](super::outline::beyond); empty if references are not kept.
     reference: Vec<u32>,
     /// Occlusion data; `None` if references are not kept.
     farthest: Option<Farthest>,
@@ -136,8 +137,8 @@ impl Layers {
         }
     }
 
-    /// Keeps `full`, the frontmost polygon of every pixel of the same view at full detail, as the
-    /// reference.
+    /// Keeps `full` as the reference: for every pixel of the same view the frontmost polygon at
+    /// full detail, or the row [`outline::beyond`](super::outline::beyond).
     pub fn keep_reference(&mut self, full: Vec<u32>) {
         self.reference = full;
         self.farthest = Some(Farthest::new(self.pixels.len()));

@@ -23,6 +23,7 @@ pub(crate) mod memory;
 pub(crate) mod neighbours;
 pub(crate) mod occlusion;
 pub(crate) mod options;
+pub(crate) mod outline;
 pub(crate) mod pairs;
 pub(crate) mod price;
 pub(crate) mod prune;

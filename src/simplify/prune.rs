@@ -16,7 +16,7 @@ use super::{
     enlarge::{Enlarger, Growth, Plan},
     footprint::Footprint,
     layers::Layers,
-    price::Price,
+    price::{Price, Prices},
     scene::Scene,
 };
 use crate::{Error, Result, model::Prune};
@@ -225,6 +225,7 @@ pub fn count_areas(layers: &[&Layers], leaves: usize) -> Areas {
     let mut areas = Areas::new(leaves, layers.len());
     for (view, layers) in layers.iter().enumerate() {
         layers.fronts().for_each(|pair| areas.count(view, pair));
+        layers.references().into_iter().flatten().for_each(|(full, [front, _])| areas.count_beyond(full, front, 1));
     }
     areas
 }
@@ -275,13 +276,13 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
 
     /// Removes a leaf and applies the growth with the highest score, if that score is positive.
     fn judged(&mut self, gone: Gone, lost_area: f64, growths: Vec<Growth>) -> Growth {
-        let price = self.price.steps(&self.areas) * self.scene.appearance.map_or(0, Appearance::coverage);
-        let (score, best) = self.best(Some(gone), growths, price);
+        let prices = self.price.steps(&self.areas) * self.scene.appearance.map_or(0, Appearance::coverage);
+        let (score, best) = self.best(Some(gone), growths, prices);
         let others = self.enlarger.other_growths(best.target, lost_area);
         let (score, best) = if others.is_empty() {
             (score, best)
         } else {
-            let (other_score, other) = self.best(None, others, price);
+            let (other_score, other) = self.best(None, others, prices);
             if other_score > score { (other_score, other) } else { (score, best) }
         };
         if score <= 0 {
@@ -293,10 +294,10 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
 
     /// Removes `gone`, if there is one, and returns the growth with the highest score, the first of
     /// equal ones, with its score.
-    fn best(&mut self, gone: Option<Gone>, growths: Vec<Growth>, price: i64) -> (i64, Growth) {
+    fn best(&mut self, gone: Option<Gone>, growths: Vec<Growth>, prices: Prices) -> (i64, Growth) {
         let growths: Arc<[Growth]> = growths.into();
         self.canvas.run(self.scene, Task::Judge(gone, growths.clone()));
-        let scores = self.canvas.gains(growths.len()).map(|gain| gain.score(price));
+        let scores = self.canvas.gains(growths.len()).map(|gain| gain.score(prices));
         let best = scores.zip(0..).map(|(score, i)| (score, std::cmp::Reverse(i))).max();
         let (score, std::cmp::Reverse(i)) = best.unwrap_or_default();
         (score, growths[i])

@@ -11,6 +11,7 @@ use super::{
     masks::Masks,
     memory,
     options::{self, Compensate, SimplifyOptions},
+    outline,
     price::Price,
     prune::{Pruner, count_areas},
     scene::Scene,
@@ -212,7 +213,10 @@ impl Work<'_> {
         let price = Price::new(pixels, fronts.filter(|front| front[0] == background).count() as u64);
         let references: Vec<Vec<u32>> = match self.appearances {
             [None, None] => Vec::new(),
-            _ => full.layers.iter().map(Layers::front_rows).collect(),
+            _ => {
+                let side = views.resolution as usize;
+                full.layers.iter().map(|layers| outline::marked(layers.front_rows(), background, side)).collect()
+            }
         };
         let (enlarger, mut layers) = self.shown(done.enlarger.take(), full, views, source)?;
         layers.iter_mut().zip(references).for_each(|(layers, reference)| layers.keep_reference(reference));

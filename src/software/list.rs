@@ -4,7 +4,7 @@ use super::{light::Light, samples::SAMPLES};
 use crate::{
     Plant,
     bounds::Aabb,
-    draw::{light::Lighting, records::Tone, seed::seed},
+    draw::{light::Lighting, records::Tone, seed::seeds},
     effects::{FadeBy, wind::Sway},
     leaf::Vertex,
     model::{FoliageModel, Leaf, Timeline, Transition},
@@ -27,21 +27,15 @@ pub struct Part<'a> {
     pub scale: f32,
     /// Index of the leaf, which is lit on both sides and transmits light; `None` for wood.
     pub leaf: Option<u32>,
+    /// Seed by which partial coverage is spread over samples, as a fraction of 2^32: evenly
+    /// distributed among neighbouring leaves. Has no effect on wood.
+    pub seed: u32,
     /// Fraction of a pixel's samples that the part may cover: below 1 only for a leaf that fades by
     /// alpha.
     pub share: f32,
 }
 
 impl Part<'_> {
-    /// Random seed of the leaf; 0 for a part without triangles.
-    pub(super) fn seed(&self, crown: &Aabb) -> u32 {
-        let corner = |&index: &u32| self.vertices.get(index as usize);
-        match self.indices.first_chunk::<3>().map(|corners| corners.each_ref().map(corner)) {
-            Some([Some(a), Some(b), Some(c)]) => seed([a, b, c], crown),
-            _ => 0,
-        }
-    }
-
     /// Mask of the samples that the part may cover, one bit per sample. The first one depends on
     /// the leaf, so that fading leaves in front of each other cover different samples and add up.
     pub(super) fn samples(&self) -> u32 {
@@ -77,13 +71,15 @@ impl<'a> DrawList<'a> {
     /// A plant's wood and all of its leaves.
     pub fn of_plant(plant: &'a Plant) -> Self {
         let mut list = Self::of_wood(&plant.wood, &plant.vertices);
-        list.parts.extend((0..).zip(&plant.leaves).map(|(number, leaf)| Part {
+        let seeds = seeds(&plant.vertices, &plant.indices, plant.leaves.iter().map(|leaf| leaf.indices));
+        list.parts.extend((0..).zip(&plant.leaves).zip(seeds).map(|((number, leaf), seed)| Part {
             vertices: &plant.vertices,
             indices: &plant.indices[leaf.index_range()],
             material: leaf.material,
             pivot: leaf.pivot,
             scale: 1.0,
             leaf: Some(number),
+            seed,
             share: 1.0,
         }));
         list
@@ -104,20 +100,21 @@ impl<'a> DrawList<'a> {
     pub fn of_drawn(model: &'a FoliageModel, timeline: &Timeline, drawn: &Drawn) -> Self {
         let mut list = Self::of_wood(&model.wood, &model.vertices);
         let leaves = drawn.transition.drawn().min(timeline.leaves());
-        list.parts.extend((0..leaves).zip(&model.leaves).map(|(number, leaf)| {
+        list.parts.extend((0..leaves).zip(&model.leaves).zip(leaf_seeds(model)).map(|((number, leaf), seed)| {
             let (scale, share) = match drawn.by {
                 FadeBy::Size => (timeline.scale_at(number, &drawn.transition), 1.0),
                 FadeBy::Alpha => (timeline.full_scale_at(number, &drawn.transition), drawn.transition.presence(number)),
             };
-            Part { share, ..part_of_leaf(model, number, leaf, scale * drawn.leaf_scale) }
+            Part { share, seed, ..part_of_leaf(model, number, leaf, scale * drawn.leaf_scale) }
         }));
         list
     }
 
     fn of_scaled(model: &'a FoliageModel, scales: impl IntoIterator<Item = f32>) -> Self {
         let mut list = Self::of_wood(&model.wood, &model.vertices);
-        let leaves = (0..).zip(&model.leaves).zip(scales);
-        list.parts.extend(leaves.map(|((number, leaf), scale)| part_of_leaf(model, number, leaf, scale)));
+        let leaves = (0..).zip(&model.leaves).zip(scales).zip(leaf_seeds(model));
+        let part = |(((number, leaf), scale), seed)| Part { seed, ..part_of_leaf(model, number, leaf, scale) };
+        list.parts.extend(leaves.map(part));
         list
     }
 
@@ -129,6 +126,7 @@ impl<'a> DrawList<'a> {
             pivot: [0.0; 3],
             scale: 1.0,
             leaf: None,
+            seed: 0,
             share: 1.0,
         };
         let crown = Aabb::of_points(leaf_vertices.iter().map(|vertex| vertex.position));
@@ -144,8 +142,13 @@ fn part_of_leaf<'a>(model: &'a FoliageModel, number: u32, leaf: &Leaf, scale: f3
         pivot: leaf.pivot,
         scale,
         leaf: Some(number),
+        seed: 0,
         share: 1.0,
     }
+}
+
+fn leaf_seeds(model: &FoliageModel) -> Vec<u32> {
+    seeds(&model.vertices, &model.indices, model.leaves.iter().map(|leaf| leaf.indices))
 }
 
 /// Drawn scales of the first `active_count` leaves, found by pruning the whole model down to that

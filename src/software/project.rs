@@ -7,7 +7,6 @@ use super::{
 };
 use crate::{
     Camera, Depth,
-    bounds::Aabb,
     draw::mips::Mips,
     edge::{SUBPIXEL, twice_area},
     effects::wind::Sway,
@@ -45,7 +44,7 @@ pub(super) struct ScreenTriangle {
     pub(super) plant: u32,
     /// Mip level.
     pub(super) level: u8,
-    /// Random seed of its leaf, or `None` for wood.
+    /// Seed of its leaf, or `None` for wood.
     pub(super) leaf: Option<u32>,
     /// Mask of the samples of a pixel that it may cover, one bit per sample.
     pub(super) samples: u32,
@@ -86,7 +85,7 @@ pub(super) fn project(
         projector.enter(number, plant, camera);
         for part in plant.list.parts.iter().filter(|part| wood || part.leaf.is_some()) {
             let mips = mips.get(part.material as usize).and_then(Option::as_ref);
-            projector.part(part, &plant.list.crown, mips);
+            projector.part(part, mips);
         }
     }
     projector.out
@@ -104,7 +103,7 @@ struct Projector {
     /// Index of the plant being projected; `sway`, `clip_from_plant` and `eye` belong to it.
     plant: u32,
     sway: Option<Sway>,
-    /// Random seed of the leaf being projected; `None` for wood.
+    /// Seed of the leaf being projected; `None` for wood.
     seed: Option<u32>,
     clip_from_plant: DMat4,
     /// Position of the eye in plant space.
@@ -125,8 +124,8 @@ impl Projector {
         self.sway = plant.sway;
     }
 
-    fn part(&mut self, part: &Part<'_>, crown: &Aabb, mips: Option<&Mips>) {
-        self.seed = part.leaf.map(|_| part.seed(crown));
+    fn part(&mut self, part: &Part<'_>, mips: Option<&Mips>) {
+        self.seed = part.leaf.map(|_| part.seed);
         for triangle in part.indices.chunks_exact(3) {
             let point = |i: usize| part.vertices.get(triangle[i] as usize).map(|vertex| self.point(part, vertex));
             if let (Some(a), Some(b), Some(c)) = (point(0), point(1), point(2)) {

@@ -1,7 +1,7 @@
 //! The whole simplification, written directly from its formulas without optimisation: every
 //! candidate of every step is redrawn and recounted. Slow; shares no code with the library.
 
-use super::naive_raster::{Mask, Masked, alpha_covers, inside, mask};
+use super::naive_raster::{Mask, Masked, alpha_covers, inside, mask, outline};
 use foliage_lod::{
     Plant,
     model::Prune,
@@ -27,6 +27,8 @@ pub struct Naive<'a> {
     pub comparisons: [Option<Comparison<'a>>; 2],
     /// Frontmost row at each pixel of each view at full detail.
     reference: Vec<Vec<usize>>,
+    /// Whether each pixel of each view is within the crown's outline.
+    outline: Vec<Vec<bool>>,
     resolution: usize,
     background: bool,
     max_scale: f64,
@@ -86,6 +88,7 @@ impl<'a> Naive<'a> {
             compensate: Compensate::Nearest,
             comparisons: [None, None],
             reference: Vec::new(),
+            outline: Vec::new(),
             resolution: resolution as usize,
             background,
             max_scale: f64::from(max_scale),
@@ -103,6 +106,9 @@ impl<'a> Naive<'a> {
         naive.drawn = (0..plant.leaves.len()).map(|leaf| naive.draw(leaf)).collect();
         naive.wood = (0..20).map(|view| naive.draw_wood(view)).collect();
         naive.reference = naive.fronts(None);
+        let background = plant.leaves.len();
+        let covered = |view: &Vec<usize>| outline(view.iter().map(|&front| front != background).collect());
+        naive.outline = naive.reference.iter().map(covered).collect();
         naive
     }
 
@@ -116,7 +122,7 @@ impl<'a> Naive<'a> {
             let errors = self.errors(&areas);
             let (error, _, leaf) = candidates.map(|leaf| (errors[leaf], seconds[leaf], leaf)).min().unwrap();
             let visible = areas[leaf].iter().sum::<u64>();
-            let price = self.price(&areas);
+            let prices = self.prices();
             self.live[leaf] = false;
             let nearest = self.nearest(leaf);
             let (target, scale) = match self.compensate {
@@ -126,7 +132,7 @@ impl<'a> Naive<'a> {
                     let covered: usize = self.drawn[leaf].iter().map(Vec::len).sum();
                     (nearest[0], self.grown(nearest[0], self.area(leaf) * (visible as f64 / covered as f64)))
                 }
-                Compensate::Silhouette | Compensate::Image => self.judged(leaf, &nearest, price),
+                Compensate::Silhouette | Compensate::Image => self.judged(leaf, &nearest, prices),
             };
             self.scales[target] = scale;
             self.drawn[target] = self.draw(target);
@@ -161,9 +167,9 @@ impl<'a> Naive<'a> {
             Criterion::Area => leaves.map(|leaf| areas[leaf].iter().sum::<u64>() as i64).collect(),
             Criterion::Image => {
                 let by = self.comparisons[0].as_ref().unwrap();
-                let price = self.price(areas);
-                let before = self.score(by, price, None);
-                leaves.map(|leaf| before - self.score(by, price, Some(leaf))).collect()
+                let prices = self.prices();
+                let before = self.score(by, prices, None);
+                leaves.map(|leaf| before - self.score(by, prices, Some(leaf))).collect()
             }
         }
     }
@@ -185,35 +191,42 @@ impl<'a> Naive<'a> {
     }
 
     /// Score of the views with one leaf left out: -8 times their difference from full detail, plus
-    /// `price` times the unit of coverage for each covered pixel.
-    fn score(&self, by: &Comparison<'_>, price: i64, without: Option<usize>) -> i64 {
+    /// the first price for each covered pixel within the outline, minus the second for each beyond.
+    fn score(&self, by: &Comparison<'_>, prices: [i64; 2], without: Option<usize>) -> i64 {
         let background = self.live.len();
         let mut score = 0;
         for (view, fronts) in self.fronts(without).iter().enumerate() {
-            for (&front, &reference) in fronts.iter().zip(&self.reference[view]) {
-                score -= 8 * (by.difference)(view, front, reference);
+            for (pixel, &front) in fronts.iter().enumerate() {
+                score -= 8 * (by.difference)(view, front, self.reference[view][pixel]);
+                let price = if self.outline[view][pixel] { prices[0] } else { -prices[1] };
                 score += if front == background { 0 } else { price * by.coverage };
             }
         }
         score
     }
 
-    /// Price of coverage, from -8 to 8: 1 for each 1/160 of the pixels covered at full detail that
-    /// is missing now, negative if too many are covered.
-    fn price(&self, areas: &[Vec<u64>]) -> i64 {
+    /// Price of coverage within the outline, from -8 to 8: 1 for each 1/160 of the pixels covered
+    /// at full detail that is missing now, negative if too many are covered. Then the price beyond
+    /// it, up to 64: 1 for each 1/2000 above 8/1000.
+    fn prices(&self) -> [i64; 2] {
         let background = self.live.len();
-        let open = self.reference.iter().flatten().filter(|&&front| front == background).count() as i64;
-        let covered = (20 * self.resolution.pow(2)) as i64 - open;
-        let open_now = areas[background].iter().sum::<u64>() as i64;
-        let step = ((covered as f64 * 0.05 / 8.0) as i64).max(1);
-        ((open_now - open) / step).clamp(-8, 8)
+        let covered = self.reference.iter().flatten().filter(|&&front| front != background).count();
+        let (mut within, mut beyond) = (0, 0);
+        for (front, inside) in self.fronts(None).iter().flatten().zip(self.outline.iter().flatten()) {
+            if *front != background {
+                *(if *inside { &mut within } else { &mut beyond }) += 1;
+            }
+        }
+        let share = |share: f64| (covered as f64 * share) as i64;
+        let price = (covered as i64 - within) / share(0.05 / 8.0).max(1);
+        [price.clamp(-8, 8), ((beyond - share(0.008)) / share(0.0005).max(1)).clamp(0, 64)]
     }
 
     /// The target and its scale that give the best score over the views.
-    fn judged(&mut self, leaf: usize, nearest: &[usize], price: i64) -> (usize, f32) {
+    fn judged(&mut self, leaf: usize, nearest: &[usize], prices: [i64; 2]) -> (usize, f32) {
         let lost = self.area(leaf);
         let by = self.comparisons[1].take().unwrap();
-        let now = self.score(&by, price, None);
+        let now = self.score(&by, prices, None);
         let mut best = (i64::MIN, nearest[0], 1.0);
         let attempt = |naive: &mut Self, target: usize, area: f64, best: &mut (i64, usize, f32)| {
             let before = naive.scales[target];
@@ -221,7 +234,7 @@ impl<'a> Naive<'a> {
             naive.scales[target] = scale;
             let drawn = naive.draw(target);
             let drawn = std::mem::replace(&mut naive.drawn[target], drawn);
-            let gain = naive.score(&by, price, None) - now;
+            let gain = naive.score(&by, prices, None) - now;
             naive.scales[target] = before;
             naive.drawn[target] = drawn;
             if gain > best.0 {

@@ -65,3 +65,15 @@ pub fn mask(plant: &Plant, material: &Material) -> Option<Mask> {
         image.pixels().map(|texel| f64::from(texel.0[3]) / 255.0 >= f64::from(material.cutoff().unwrap())).collect();
     Some((image.width() as usize, image.height() as usize, covers))
 }
+
+/// Closes the gaps of a square view's silhouette that are at most 1/32 of the view wide: a pixel is
+/// within the outline if every square of that width that contains it also contains a covered one.
+pub fn outline(covered: Vec<bool>) -> Vec<bool> {
+    let side = covered.len().isqrt() as i64;
+    let reach = (side as f64 / 64.0).ceil() as i64;
+    let around = |[x, y]: [i64; 2]| (-reach..=reach).flat_map(move |v| (-reach..=reach).map(move |u| [x + u, y + v]));
+    let is_covered =
+        |[x, y]: [i64; 2]| (0..side).contains(&x) && (0..side).contains(&y) && covered[(y * side + x) as usize];
+    let pixels = (0..side).flat_map(|y| (0..side).map(move |x| [x, y]));
+    pixels.map(|pixel| around(pixel).all(|middle| around(middle).any(is_covered))).collect()
+}

@@ -442,7 +442,6 @@ fn an_output_that_is_not_named_like_a_model_is_refused_before_the_work() {
         ("oak.glb", "`foliage-lod grow` writes .glb"),
         ("oak.GLTF", "oak.vds"),
         ("oak.png", "foliage-lod render oak.vds -o oak.png"),
-        ("oak", "oak.vds"),
         ("oak.vds.gz", ".vds"),
     ] {
         let line = error_line(&run(&folder, &["simplify", "none.glb", "-o", output]), 2);

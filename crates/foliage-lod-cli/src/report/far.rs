@@ -21,8 +21,9 @@ pub const DISTANCES: [f64; 5] = [6.0, 12.0, 24.0, 48.0, 96.0];
 const SIDE_PX: u32 = 512;
 /// Pixels of the reference along a side of a pixel; each has sixteen samples.
 const FINER: u32 = 2;
-/// Offsets along each axis.
-const OFFSETS: u32 = 4;
+/// Number of offsets within a pixel, all different along each axis: a vertical trunk of less than a
+/// pixel shows in its share of them.
+const OFFSETS: u32 = 16;
 /// Vertical field of view in degrees.
 const FOV_DEG: f64 = 50.0;
 /// Direction from the plant to the camera.
@@ -108,7 +109,9 @@ fn on_cpu(painter: &Painter<'_>, list: &DrawList<'_>, frames: &[Frame]) -> Resul
 
 fn offsets() -> impl Iterator<Item = [f64; 2]> {
     let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(OFFSETS) - 0.5;
-    (0..OFFSETS * OFFSETS).map(move |i| [middle(i % OFFSETS), middle(i / OFFSETS)])
+    // The points of J. M. Hammersley (1960).
+    let reversed = |i: u32| i.reverse_bits() >> (u32::BITS - OFFSETS.ilog2());
+    (0..OFFSETS).map(move |i| [middle(i), middle(reversed(i))])
 }
 
 /// The camera of a frame, shifted by its jitter.

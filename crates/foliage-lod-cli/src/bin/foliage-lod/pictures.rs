@@ -4,9 +4,10 @@ use foliage_lod::{
     FoliageModel, LookAt, Result,
     bounds::Sphere,
     extract::{Blend, LodPolicy, REFERENCE_FOV_Y, Sight, fewest_leaves, leaf_count},
-    software::{DrawOptions, Image, draw_model},
+    model::scaled,
+    software::{DrawList, DrawOptions, Image, draw_model},
 };
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Direction from the plant to the camera: in front, a little to the right and above.
 pub const DIRECTION: DVec3 = DVec3::new(0.45, 0.25, 1.0);
@@ -19,8 +20,21 @@ const INSET_RADII: f32 = 1.2;
 
 /// Renders the first `n` leaves from `distance` radii; by default the plant fills the picture.
 pub fn draw(model: &FoliageModel, n: u32, distance: Option<f32>, size: [u32; 2]) -> Result<Image> {
-    let camera = camera(&model.sphere(), distance).with_aspect(f64::from(size[0]) / f64::from(size[1]));
+    let sphere = if distance.is_some() { model.sphere() } else { drawn_sphere(model, n) };
+    let camera = camera(&sphere, distance).with_aspect(f64::from(size[0]) / f64::from(size[1]));
     draw_model(model, n as usize, &camera.camera(size[1]), size, &DrawOptions::default())
+}
+
+/// The plant's bounding sphere, enlarged about its centre to hold the first `n` leaves as drawn.
+pub fn drawn_sphere(model: &FoliageModel, n: u32) -> Sphere {
+    let sphere = model.sphere();
+    let parts = DrawList::of_model(model, n as usize).parts;
+    let corners = parts.iter().flat_map(|part| {
+        let vertices = part.indices.iter().map(|&index| part.vertices[index as usize].position);
+        vertices.map(|position| scaled(position, part.pivot, part.scale))
+    });
+    let distances = corners.map(|corner| Vec3::from(corner).as_dvec3().distance(sphere.center()));
+    Sphere { radius: distances.fold(sphere.radius, f64::max), ..sphere }
 }
 
 /// Camera with a square picture, `distance` radii from a plant; by default the plant fills the

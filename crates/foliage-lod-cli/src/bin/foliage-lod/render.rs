@@ -124,6 +124,10 @@ fn planting(args: &args::Render, model: &FoliageModel) -> Result<Planting> {
         (Some(distances), _, _) => Planting::row(&sphere, distances, aspect),
         (None, Some(count), _) => Planting::ring(&sphere, count, aspect),
         (None, None, Some(side)) => Planting::grid(&sphere, side, aspect),
+        (None, None, None) if args.distance.is_none() && args.method == Method::Vds => {
+            let drawn = pictures::drawn_sphere(model, active_count(args, model, pictures::FILLING_RADII));
+            Ok(Planting::single(&drawn, None, aspect))
+        }
         (None, None, None) => Ok(Planting::single(&sphere, args.distance, aspect)),
     }
 }
