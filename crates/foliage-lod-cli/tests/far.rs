@@ -58,18 +58,18 @@ fn a_grown_birch_covers_as_much_far_away_as_its_full_textures_do() {
 
 #[test]
 fn sparse_cards_and_a_lone_trunk_cover_as_much_far_away_as_their_full_textures_do() {
-    plant("FOLIAGE_CASES", "37-sparse-slender-from-afar.glb").inspect(|plant| check(plant));
+    plant("FOLIAGE_CASES", "37-sparse-slender-from-afar.glb").inspect(check);
 }
 
 #[test]
 fn trees_of_few_large_cards_cover_as_much_far_away_as_their_full_textures_do() {
     for file in ["CommonTree_1.glb", "Fern_1.glb"] {
-        plant("FOLIAGE_TREES", file).inspect(|plant| check(plant));
+        plant("FOLIAGE_TREES", file).inspect(check);
     }
 }
 
 #[test]
-#[ignore = "takes ten minutes: the table of the README"]
+#[ignore = "takes two minutes: the table of the README"]
 fn nine_plants_cover_as_much_far_away_as_their_full_textures_do() {
     let grown = Species::EMBEDDED.map(|name| grow(&Species::embedded(name).unwrap(), &GrowOptions::default()).unwrap());
     let files = ["eztree_oak_medium", "sapling_birch_8k_rect", "CommonTree_1", "Fern_1", "ftlab_keyaki"];
@@ -80,7 +80,8 @@ fn nine_plants_cover_as_much_far_away_as_their_full_textures_do() {
         let of_drawer = || all.iter().filter(|row| row.1 == drawer);
         let mean = |error: fn(&Errors) -> f64| of_drawer().map(error).sum::<f64>() / of_drawer().count() as f64;
         let most = |error: fn(&Errors) -> f64| of_drawer().map(error).fold(0.0, f64::max);
-        let (coverage, color): (fn(&Errors) -> f64, fn(&Errors) -> f64) = (|row| 100.0 * row.2.abs(), |row| row.3);
+        let coverage = |row: &Errors| 100.0 * row.2.abs();
+        let color = |row: &Errors| row.3;
         println!(
             "drawer {drawer}: coverage {:.1} %, at most {:.1} %; colour {:.1}, at most {:.1}",
             mean(coverage),
