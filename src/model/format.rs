@@ -227,6 +227,7 @@ mod tests {
         bytes
     }
 
+    #[cfg(feature = "write")]
     #[test]
     fn reading_gives_back_what_was_written_and_the_same_bytes() {
         let folder = tempfile::tempdir().unwrap();
@@ -304,6 +305,7 @@ mod tests {
         assert!(message.contains("not a .vds model"), "{message}");
     }
 
+    #[cfg(feature = "write")]
     #[test]
     fn a_broken_model_is_not_written() {
         let folder = tempfile::tempdir().unwrap();
