@@ -26,7 +26,7 @@
 //!
 //! Whatever the rule, no leaf grows out of the box around the plant's leaves by more than a tenth
 //! of its diagonal. Where views decide, leaves stay within the crown's
-//! [`outline`](super::outline): without its price, eight of the 53 sprays of `Pine_1` cover 16 % of
+//! [`outline`](super::outline): without its price, five of the 35 sprays of `Pine_1` cover 16 % of
 //! the crown's area beyond it.
 //!
 //! Limits: with `nearest`, a target that is itself hidden shows only part of its growth, so dense

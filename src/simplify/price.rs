@@ -6,8 +6,8 @@
 //! pixels of the full plant that the views together lack, and is negative while they have too many.
 //!
 //! Beyond the outline, a covered pixel has a price of its own, which rises steeply once their
-//! number exceeds a small share: otherwise the few large leaves of a small plant fill its gaps with
-//! what they add at its edge.
+//! number exceeds a small share: otherwise a few large leaves make up for gaps in the crown by
+//! growing beyond its edge.
 
 use super::{areas::Areas, change::Gain};
 use std::ops::Mul;
