@@ -1,6 +1,6 @@
 //! Visible areas: the number of pixels of each view in which each polygon is frontmost.
 
-use super::{change::Change, outline::beyond};
+use super::{change::Change, outline::beyond, views::MAX_VIEWS};
 
 /// Areas a_z(v) of the leaves, the background and the wood, and the number of pixels in which each
 /// is directly behind the frontmost polygon.
@@ -12,8 +12,8 @@ pub struct Areas {
     pub leaves: usize,
     /// Number of views.
     pub views: usize,
-    /// a_z(v) at index `z * views + v`, in pixels.
-    areas: Vec<u32>,
+    /// a_z(v), in pixels.
+    areas: Vec<Row>,
     /// A_z, the sum of row z.
     totals: Vec<u32>,
     /// For each row, the number of pixels over all views in which it is directly behind the
@@ -24,6 +24,9 @@ pub struct Areas {
     pending: Pending,
 }
 
+/// Areas of one row, one per view, in pixels. Entries beyond the last view are 0.
+pub type Row = [u32; MAX_VIEWS];
+
 /// Changes that are collected but not committed yet.
 #[derive(Debug, Clone)]
 struct Pending {
@@ -31,8 +34,8 @@ struct Pending {
     rows: Vec<u32>,
     /// For each row, its index in `rows` plus one, or 0 if it is not there.
     places: Vec<u32>,
-    /// Area changes by view, `views` numbers for each entry of `rows`.
-    deltas: Vec<i32>,
+    /// Area changes by view, for each entry of `rows`.
+    deltas: Vec<[i32; MAX_VIEWS]>,
 }
 
 impl Areas {
@@ -42,7 +45,7 @@ impl Areas {
         Self {
             leaves,
             views,
-            areas: vec![0; rows * views],
+            areas: vec![[0; MAX_VIEWS]; rows],
             totals: vec![0; rows],
             seconds: vec![0; rows],
             beyond: 0,
@@ -60,9 +63,9 @@ impl Areas {
         self.leaves + 1
     }
 
-    /// Areas of one row, one per view, in pixels.
-    pub fn row(&self, row: usize) -> &[u32] {
-        &self.areas[row * self.views..][..self.views]
+    /// Areas of one row.
+    pub fn row(&self, row: usize) -> &Row {
+        &self.areas[row]
     }
 
     /// Sum of one row over all views, in pixels.
@@ -91,7 +94,7 @@ impl Areas {
 
     /// Counts a pixel of view `view`, to build the initial areas.
     pub fn count(&mut self, view: usize, [front, second]: [u32; 2]) {
-        self.areas[front as usize * self.views + view] += 1;
+        self.areas[front as usize][view] += 1;
         self.totals[front as usize] += 1;
         self.seconds[second as usize] += 1;
     }
@@ -102,8 +105,8 @@ impl Areas {
         self.seconds[change.from[1] as usize] -= change.count;
         self.seconds[change.to[1] as usize] += change.count;
         if change.from[0] != change.to[0] {
-            self.pending.add(change.from[0], view, self.views, -(change.count as i32));
-            self.pending.add(change.to[0], view, self.views, change.count as i32);
+            self.pending.add(change.from[0], view, -(change.count as i32));
+            self.pending.add(change.to[0], view, change.count as i32);
             self.count_beyond(change.reference, change.from[0], -i64::from(change.count));
             self.count_beyond(change.reference, change.to[0], change.count.into());
         }
@@ -119,29 +122,19 @@ impl Areas {
         self.pending.rows[i] as usize
     }
 
-    /// Writes the areas that the `i`-th waiting row will have to `new` and returns their sum.
-    pub fn pending_areas(&self, i: usize, new: &mut [u32]) -> u32 {
-        let deltas = &self.pending.deltas[i * self.views..][..self.views];
-        let old = self.row(self.pending_row(i));
-        new.iter_mut()
-            .zip(old)
-            .zip(deltas)
-            .map(|((new, old), delta)| {
-                *new = old.wrapping_add_signed(*delta);
-                *new
-            })
-            .sum()
+    /// Returns the areas that the `i`-th waiting row will have, and their sum.
+    pub fn pending_areas(&self, i: usize) -> (Row, u32) {
+        let (old, deltas) = (self.row(self.pending_row(i)), &self.pending.deltas[i]);
+        let new = std::array::from_fn(|view| old[view].wrapping_add_signed(deltas[view]));
+        (new, new.iter().sum())
     }
 
     /// Applies the collected changes.
     pub fn commit(&mut self) {
-        for (i, &row) in self.pending.rows.iter().enumerate() {
-            let row = row as usize;
-            let deltas = &self.pending.deltas[i * self.views..][..self.views];
-            for (area, &delta) in self.areas[row * self.views..].iter_mut().zip(deltas) {
-                *area = area.wrapping_add_signed(delta);
-            }
-            self.totals[row] = self.totals[row].wrapping_add_signed(deltas.iter().sum());
+        for i in 0..self.pending() {
+            let row = self.pending_row(i);
+            let (new, total) = self.pending_areas(i);
+            (self.areas[row], self.totals[row]) = (new, total);
             self.pending.places[row] = 0;
         }
         self.pending.rows.clear();
@@ -150,13 +143,13 @@ impl Areas {
 }
 
 impl Pending {
-    fn add(&mut self, row: u32, view: usize, views: usize, delta: i32) {
+    fn add(&mut self, row: u32, view: usize, delta: i32) {
         let place = &mut self.places[row as usize];
         if *place == 0 {
             self.rows.push(row);
-            self.deltas.resize(self.rows.len() * views, 0);
+            self.deltas.push([0; MAX_VIEWS]);
             *place = self.rows.len() as u32;
         }
-        self.deltas[(*place as usize - 1) * views + view] += delta;
+        self.deltas[*place as usize - 1][view] += delta;
     }
 }

@@ -22,9 +22,8 @@
 
 /// Number of bounds, one for D up to each power of two.
 const BUCKETS: usize = 32;
-/// Approximate number of steps for which bounds stay valid. A lower value recomputes all of them
-/// more often, a higher one makes them looser (measured on the oak at 256 x 256: 64 steps 8.2 s,
-/// 256 steps 9.1 s).
+/// Approximate number of steps for which the bounds that leaves are ranked by stay valid. A lower
+/// value ranks all leaves more often, a higher one makes the bounds looser.
 const EPOCH_STEPS: f64 = 64.0;
 /// Factor that covers the rounding of the bound's own arithmetic.
 const SAFETY: f64 = 1.001;
@@ -32,40 +31,53 @@ const SAFETY: f64 = 1.001;
 /// Accumulated movement of one polygon's row, in bits times pixels.
 #[derive(Debug, Clone)]
 pub struct Drift {
+    /// Movement by bucket since the beginning, for buckets that are in use.
     so_far: [f64; BUCKETS],
+    /// Movement that the epoch allows.
     allowed: [f64; BUCKETS],
     epoch_start: [f64; BUCKETS],
+    is_used: [bool; BUCKETS],
     steps: f64,
 }
 
 impl Drift {
     /// Creates a drift without movement and without allowance.
     pub fn new() -> Self {
-        Self { so_far: [0.0; BUCKETS], allowed: [0.0; BUCKETS], epoch_start: [0.0; BUCKETS], steps: 0.0 }
+        let none = [0.0; BUCKETS];
+        Self { so_far: none, allowed: none, epoch_start: none, is_used: [false; BUCKETS], steps: 0.0 }
     }
 
-    /// Returns how far the error of a leaf that uncovers `uncovered` pixels in total may still move
-    /// before the epoch ends.
-    pub fn allowance(&self, uncovered: u32) -> f64 {
-        let bucket = bucket(uncovered);
-        self.allowed[bucket] - self.so_far[bucket]
+    /// Returns the bucket of a leaf that uncovers `uncovered` pixels in total.
+    pub fn bucket(&mut self, uncovered: u32) -> u8 {
+        let bucket = (uncovered.max(1).next_power_of_two().ilog2() as usize).min(BUCKETS - 1);
+        self.is_used[bucket] = true;
+        bucket as u8
     }
 
-    /// Adds one step's movement of the row. Returns false if the epoch is over and every error must
-    /// be recomputed.
+    /// Movement of the bucket's errors so far. Only differences between two steps count.
+    pub fn so_far(&self, bucket: u8) -> f64 {
+        self.so_far[usize::from(bucket)]
+    }
+
+    /// Largest value that [`so_far`](Self::so_far) may take before the epoch ends.
+    pub fn allowed(&self, bucket: u8) -> f64 {
+        self.allowed[usize::from(bucket)]
+    }
+
+    /// Adds one step's movement of the row. Returns false if the epoch is over.
     pub fn advance(&mut self, old: &[u32], new: &[u32]) -> bool {
         self.steps += 1.0;
         let total = |row: &[u32]| row.iter().map(|&area| f64::from(area)).sum::<f64>();
         let (old_total, new_total) = (total(old), total(new));
         let (least, most) = (old_total.min(new_total), old_total.max(new_total));
         let mut holds = true;
-        for bucket in 0..BUCKETS {
+        for bucket in (0..BUCKETS).filter(|&bucket| self.is_used[bucket]) {
             let uncovered = (1_u64 << bucket) as f64;
             let mut moved = 2.0 * uncovered * ((most + uncovered) / (least + uncovered)).log2();
+            let slope_of_total = slope(uncovered, least);
             for (&old, &new) in old.iter().zip(new).filter(|(old, new)| old != new) {
                 let delta = f64::from(old.abs_diff(new));
-                let area = f64::from(old.min(new));
-                moved += delta * (slope(uncovered, area) + slope(uncovered, least));
+                moved += delta * (slope(uncovered, f64::from(old.min(new))) + slope_of_total);
             }
             self.so_far[bucket] += moved * SAFETY;
             holds &= self.so_far[bucket] <= self.allowed[bucket];
@@ -89,8 +101,4 @@ impl Drift {
 fn slope(uncovered: f64, area: f64) -> f64 {
     let at_zero = if area < 1.0 { std::f64::consts::LOG2_E } else { 0.0 };
     (1.0 + uncovered / area.max(1.0)).log2() + at_zero
-}
-
-fn bucket(uncovered: u32) -> usize {
-    (uncovered.max(1).next_power_of_two().ilog2() as usize).min(BUCKETS - 1)
 }

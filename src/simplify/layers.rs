@@ -13,6 +13,7 @@ use super::{
     fragments::Coverage,
     occlusion::{Extent, Farthest},
 };
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// A fragment packed into one integer that is smaller when nearer: depth in the upper half, leaf
 /// index in the lower, which also breaks ties.
@@ -202,7 +203,7 @@ impl Layers {
     }
 
     /// Removes a leaf that was just marked dead. `footprint` is its footprint or its outline.
-    pub fn remove(&mut self, leaf: u32, footprint: &Footprint, dead: &[bool]) {
+    pub fn remove(&mut self, leaf: u32, footprint: &Footprint, dead: &[AtomicBool]) {
         for &(index, _) in &footprint.fragments {
             let from = self.pixels[index as usize].pair();
             if self.take_visible(index, leaf, dead) {
@@ -212,7 +213,7 @@ impl Layers {
     }
 
     /// Replaces a leaf's footprint `old` with `new`, touching only the pixels where they differ.
-    pub fn regrow(&mut self, leaf: u32, old: &Footprint, new: &Footprint, dead: &[bool]) {
+    pub fn regrow(&mut self, leaf: u32, old: &Footprint, new: &Footprint, dead: &[AtomicBool]) {
         for &(index, depth) in &new.fragments {
             let old_depth = old.depth_at(index);
             if old_depth == Some(depth) {
@@ -255,7 +256,7 @@ impl Layers {
 
     /// Removes a leaf from the front or second place of a pixel and refills the place from the
     /// stack. Returns whether the leaf was there.
-    fn take_visible(&mut self, index: u32, leaf: u32, dead: &[bool]) -> bool {
+    fn take_visible(&mut self, index: u32, leaf: u32, dead: &[AtomicBool]) -> bool {
         let pixel = &mut self.pixels[index as usize];
         let is_front = pixel.front.leaf() == leaf;
         if !is_front && pixel.second.leaf() != leaf {
@@ -269,7 +270,7 @@ impl Layers {
     }
 
     /// Removes a live leaf from a pixel, wherever it is; does nothing if it was behind the wood.
-    fn take(&mut self, index: u32, leaf: u32, dead: &[bool]) {
+    fn take(&mut self, index: u32, leaf: u32, dead: &[AtomicBool]) {
         if self.take_visible(index, leaf, dead) {
             return;
         }
@@ -282,7 +283,7 @@ impl Layers {
     }
 
     /// Adds a fragment unless it is behind the wood.
-    fn insert(&mut self, index: u32, mut fragment: Fragment, dead: &[bool]) {
+    fn insert(&mut self, index: u32, mut fragment: Fragment, dead: &[AtomicBool]) {
         let pixel = &mut self.pixels[index as usize];
         let bottom = bottom(pixel.wood_depth, self.leaves);
         if fragment > bottom {
@@ -300,7 +301,7 @@ impl Layers {
     }
 
     /// Inserts a fragment into the stack in depth order.
-    fn push(&mut self, index: u32, fragment: Fragment, dead: &[bool]) {
+    fn push(&mut self, index: u32, fragment: Fragment, dead: &[AtomicBool]) {
         if self.pixels[index as usize].len == self.pixels[index as usize].capacity {
             self.make_room(index, dead);
         }
@@ -316,12 +317,12 @@ impl Layers {
 
     /// Drops the dead fragments of a full stack; if there are none, moves the stack to twice the
     /// capacity.
-    fn make_room(&mut self, index: u32, dead: &[bool]) {
+    fn make_room(&mut self, index: u32, dead: &[AtomicBool]) {
         let pixel = &mut self.pixels[index as usize];
         let slots = pixel.start as usize..(pixel.start + pixel.len) as usize;
         let mut kept = slots.start;
         for at in slots.clone() {
-            if !dead[self.stacks[at].leaf() as usize] {
+            if !is_dead(dead, self.stacks[at]) {
                 self.stacks[kept] = self.stacks[at];
                 kept += 1;
             }
@@ -337,12 +338,12 @@ impl Layers {
     }
 
     /// Repacks all stacks without gaps or dead fragments.
-    fn pack(&mut self, dead: &[bool]) {
+    fn pack(&mut self, dead: &[AtomicBool]) {
         let mut packed = Vec::with_capacity(self.stacks.len() - self.abandoned);
         for pixel in &mut self.pixels {
             let start = packed.len();
             let stack = &self.stacks[pixel.start as usize..][..pixel.len as usize];
-            packed.extend(stack.iter().filter(|fragment| !dead[fragment.leaf() as usize]));
+            packed.extend(stack.iter().filter(|fragment| !is_dead(dead, **fragment)));
             pixel.start = start as u32;
             pixel.len = (packed.len() - start) as u32;
             pixel.capacity = pixel.len;
@@ -359,16 +360,21 @@ impl Pixel {
 
     /// Pops the nearest live fragment from the stack, or returns `bottom` if there is none. `dead`
     /// may be empty if no leaf is dead.
-    fn pop(&mut self, stacks: &[Fragment], dead: &[bool], bottom: Fragment) -> Fragment {
+    fn pop(&mut self, stacks: &[Fragment], dead: &[AtomicBool], bottom: Fragment) -> Fragment {
         while self.len > 0 {
             self.len -= 1;
             let fragment = stacks[(self.start + self.len) as usize];
-            if !dead.get(fragment.leaf() as usize).is_some_and(|&dead| dead) {
+            if !is_dead(dead, fragment) {
                 return fragment;
             }
         }
         bottom
     }
+}
+
+/// Whether a fragment's leaf is pruned. `dead` may be empty if no leaf is.
+fn is_dead(dead: &[AtomicBool], fragment: Fragment) -> bool {
+    dead.get(fragment.leaf() as usize).is_some_and(|dead| dead.load(Relaxed))
 }
 
 /// Returns the fragment behind all leaves: the wood, or else the background.

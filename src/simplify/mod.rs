@@ -9,8 +9,10 @@
 
 pub(crate) mod appearance;
 pub(crate) mod areas;
+mod canvas;
 pub(crate) mod capture;
 pub(crate) mod change;
+mod crew;
 pub(crate) mod criterion;
 mod drift;
 pub(crate) mod enlarge;
@@ -27,10 +29,12 @@ pub(crate) mod outline;
 pub(crate) mod pairs;
 pub(crate) mod price;
 pub(crate) mod prune;
+mod ranking;
 pub(crate) mod raster;
 mod recipe;
 pub(crate) mod scene;
 pub(crate) mod shapes;
+mod terms;
 pub(crate) mod tournament;
 pub(crate) mod views;
 pub(crate) mod vmi;

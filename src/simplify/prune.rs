@@ -11,214 +11,19 @@
 use super::{
     appearance::Appearance,
     areas::Areas,
-    change::{Change, Gain},
+    canvas::{Canvas, Gone, Runner, Task},
+    change::Change,
     criterion::Criterion,
     enlarge::{Enlarger, Growth, Plan},
-    footprint::Footprint,
     layers::Layers,
     price::{Price, Prices},
     scene::Scene,
 };
 use crate::{Error, Result, model::Prune};
-use std::{
-    sync::Arc,
-    sync::mpsc::{Receiver, Sender, TryRecvError, channel},
-    time::{Duration, Instant},
-};
+use std::sync::Arc;
 
-/// After a task that touched fewer pixels than this, the next removal or growth runs on one thread,
-/// since handing it over would take longer. Judging always uses all threads.
-const PARALLEL_PIXELS: usize = 256;
-/// How long a thread polls for its next message before it sleeps. This is longer than a step takes,
-/// so that no thread has to be woken on an idle machine; every poll yields, so that little time is
-/// wasted on a busy one.
-const BUSY_WAIT: Duration = Duration::from_micros(500);
 /// Number of steps between two calls of the observer.
 const ADVANCE_STEPS: usize = 256;
-
-/// A leaf to be removed.
-#[derive(Clone, Copy)]
-struct Gone {
-    leaf: u32,
-    /// Current scale of the leaf.
-    scale: f32,
-}
-
-/// Task for every group of views.
-#[derive(Clone)]
-enum Task {
-    /// Remove a leaf and grow another.
-    Step(Gone, Growth),
-    /// Remove a leaf, if there is one, and judge the growths that could replace it.
-    Judge(Option<Gone>, Arc<[Growth]>),
-    /// Grow a leaf that was judged before.
-    Grow(Growth),
-}
-
-/// Consecutive views and the working memory to update them.
-struct Group {
-    first_view: usize,
-    layers: Vec<Layers>,
-    dead: Vec<bool>,
-    old: Footprint,
-    new: Footprint,
-    /// Number of pixels that the last task touched.
-    touched: usize,
-    /// Number of pixels that the target covers after the last task; 0 if it grew nothing.
-    grown: u32,
-    /// Gain of each growth judged last.
-    gains: Vec<Gain>,
-}
-
-impl Group {
-    fn run(&mut self, scene: Scene<'_>, task: &Task) {
-        self.touched = 0;
-        self.grown = 0;
-        match task {
-            Task::Step(gone, growth) => {
-                self.remove(scene, *gone);
-                self.grow(scene, *growth);
-            }
-            Task::Judge(gone, growths) => {
-                if let Some(gone) = gone {
-                    self.remove(scene, *gone);
-                }
-                self.judge(scene, growths);
-            }
-            Task::Grow(growth) => self.grow(scene, *growth),
-        }
-    }
-
-    fn remove(&mut self, Scene { shapes, views, .. }: Scene<'_>, Gone { leaf, scale }: Gone) {
-        self.dead[leaf as usize] = true;
-        for (layers, view) in self.layers.iter_mut().zip(self.first_view..) {
-            layers.changes.clear();
-            self.old.outline(shapes, views, view, leaf, scale);
-            layers.remove(leaf, &self.old, &self.dead);
-            self.touched += self.old.fragments.len();
-        }
-    }
-
-    fn grow(&mut self, scene: Scene<'_>, Growth { target, from, to }: Growth) {
-        if from == to {
-            return;
-        }
-        for (layers, view) in self.layers.iter_mut().zip(self.first_view..) {
-            self.old.rasterise(scene, view, target, from);
-            self.new.rasterise(scene, view, target, to);
-            layers.regrow(target, &self.old, &self.new, &self.dead);
-            self.touched += self.new.fragments.len();
-            self.grown += self.new.fragments.len() as u32;
-        }
-    }
-
-    /// Fills `gains` with the gain of each growth, summed over the group's views.
-    fn judge(&mut self, scene: Scene<'_>, growths: &[Growth]) {
-        self.gains.clear();
-        self.gains.resize(growths.len(), Gain::default());
-        let Some(appearance) = scene.appearance else { return };
-        for (layers, view) in self.layers.iter_mut().zip(self.first_view..) {
-            layers.refresh();
-            let (layers, look) = (&*layers, appearance.view(view));
-            let mut drawn = None;
-            for (&growth, gain) in growths.iter().zip(&mut self.gains) {
-                let Growth { target, from, to } = growth;
-                if from == to || !may_show(&mut self.new, scene, view, growth, layers) {
-                    continue;
-                }
-                if drawn.replace(target) != Some(target) {
-                    self.old.rasterise_where(scene, view, target, from, |pixel, _| layers.shows(pixel, target));
-                }
-                let wanted = |pixel, depth| layers.would_show(pixel, depth, target);
-                self.new.rasterise_where(scene, view, target, to, wanted);
-                *gain = gain.plus(layers.gain(target, &self.old, &self.new, look));
-            }
-        }
-    }
-}
-
-/// Whether a leaf could be frontmost anywhere in a view before or after a growth. Conservative: may
-/// return true for a hidden leaf.
-fn may_show(footprint: &mut Footprint, scene: Scene<'_>, view: usize, growth: Growth, layers: &Layers) -> bool {
-    [growth.from, growth.to]
-        .into_iter()
-        .any(|scale| footprint.extent(scene, view, growth.target, scale).is_none_or(|extent| !layers.hides(&extent)))
-}
-
-/// State of all views, divided into at most as many groups as there are threads.
-struct Canvas {
-    groups: Vec<Group>,
-    /// Threads that process all groups but the first; present only during [`Pruner::run`].
-    helpers: Vec<Helper>,
-}
-
-/// A thread that updates the groups it is sent and sends them back.
-struct Helper {
-    to: Sender<(Group, Task)>,
-    from: Receiver<Group>,
-}
-
-impl Canvas {
-    fn new(layers: Vec<Layers>, dead: &[bool], pixels: usize) -> Self {
-        let size = layers.len().div_ceil(rayon::current_num_threads().max(1)).max(1);
-        let mut groups: Vec<Group> = Vec::new();
-        for (view, layers) in layers.into_iter().enumerate() {
-            if view % size == 0 {
-                let footprint = Footprint::new(pixels);
-                let (old, new) = (footprint.clone(), footprint);
-                let dead = dead.to_vec();
-                let (layers, gains) = (Vec::new(), Vec::new());
-                groups.push(Group { first_view: view, layers, dead, old, new, touched: 0, grown: 0, gains });
-            }
-            groups[view / size].layers.push(layers);
-        }
-        Self { groups, helpers: Vec::new() }
-    }
-
-    fn run(&mut self, scene: Scene<'_>, task: Task) {
-        let touched: usize = self.groups.iter().map(|group| group.touched).sum();
-        let is_small = touched < PARALLEL_PIXELS && !matches!(task, Task::Judge(..));
-        if is_small || self.helpers.is_empty() {
-            return self.groups.iter_mut().for_each(|group| group.run(scene, &task));
-        }
-        for (helper, group) in self.helpers.iter().zip(self.groups.drain(1..)) {
-            // A helper lives as long as its channel, and neither end closes while the canvas holds
-            // the other.
-            let _ = helper.to.send((group, task.clone()));
-        }
-        self.groups[0].run(scene, &task);
-        self.groups.extend(self.helpers.iter().filter_map(|helper| receive(&helper.from)));
-    }
-
-    /// Gain of each growth, summed over all views.
-    fn gains(&self, growths: usize) -> impl Iterator<Item = Gain> {
-        (0..growths).map(|i| self.groups.iter().map(|group| group.gains[i]).fold(Gain::default(), Gain::plus))
-    }
-
-    /// Number of pixels, over all views, that the target covers after the last task; 0 if it grew
-    /// nothing.
-    fn grown(&self) -> u32 {
-        self.groups.iter().map(|group| group.grown).sum()
-    }
-
-    fn changes(&self) -> Vec<&[Change]> {
-        self.groups.iter().flat_map(|group| &group.layers).map(|layers| &layers.changes[..]).collect()
-    }
-}
-
-/// Waits for a message: polls for [`BUSY_WAIT`], since the next step is near, then sleeps. Returns
-/// `None` once the other end is closed.
-fn receive<T>(from: &Receiver<T>) -> Option<T> {
-    let started = Instant::now();
-    while started.elapsed() < BUSY_WAIT {
-        match from.try_recv() {
-            Ok(message) => return Some(message),
-            Err(TryRecvError::Disconnected) => return None,
-            Err(TryRecvError::Empty) => std::thread::yield_now(),
-        }
-    }
-    from.recv().ok()
-}
 
 /// Counts the visible areas in freshly captured layers.
 pub fn count_areas(layers: &[&Layers], leaves: usize) -> Areas {
@@ -233,7 +38,7 @@ pub fn count_areas(layers: &[&Layers], leaves: usize) -> Areas {
 /// Prunes the leaves of a plant, one per step.
 pub struct Pruner<'a, C: Criterion + ?Sized> {
     scene: Scene<'a>,
-    canvas: Canvas,
+    runner: Runner<'a>,
     areas: Areas,
     criterion: Box<C>,
     enlarger: Enlarger,
@@ -251,8 +56,8 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         criterion: Box<C>,
         enlarger: Enlarger,
     ) -> Self {
-        let canvas = Canvas::new(layers, &enlarger.dead, scene.views.pixels());
-        Self { scene, canvas, areas, criterion, enlarger, price }
+        let runner = Runner::new(scene, Canvas::new(layers, &enlarger.dead));
+        Self { scene, runner, areas, criterion, enlarger, price }
     }
 
     /// Prunes one leaf. Returns `None` if it would be the last.
@@ -262,15 +67,17 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         let gone = Gone { leaf, scale: self.enlarger.scales[leaf as usize] };
         let growth = match self.enlarger.prune(leaf, self.areas.total(leaf as usize))? {
             Plan::Grow(growth) => {
-                self.canvas.run(self.scene, Task::Step(gone, growth));
+                self.runner.run(Task::Step(gone, growth));
                 growth
             }
             Plan::Judge { lost_area, growths } => self.judged(gone, lost_area, growths),
         };
         if growth.from != growth.to {
-            self.enlarger.grow(growth, self.canvas.grown());
+            self.enlarger.grow(growth, self.runner.canvas().grown());
         }
-        self.criterion.absorb(&mut self.areas, &self.canvas.changes(), leaf);
+        let views = self.runner.canvas().views();
+        let changes: Vec<&[Change]> = views.iter().map(|view| &view.layers.changes[..]).collect();
+        self.criterion.absorb(&mut self.areas, &changes, leaf);
         Some(Prune { leaf, target: growth.target, target_scale: growth.to, error: choice.error as f32 })
     }
 
@@ -288,7 +95,7 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         if score <= 0 {
             return Growth { to: best.from, ..best };
         }
-        self.canvas.run(self.scene, Task::Grow(best));
+        self.runner.run(Task::Grow(best));
         best
     }
 
@@ -296,9 +103,10 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
     /// equal ones, with its score.
     fn best(&mut self, gone: Option<Gone>, growths: Vec<Growth>, prices: Prices) -> (i64, Growth) {
         let growths: Arc<[Growth]> = growths.into();
-        self.canvas.run(self.scene, Task::Judge(gone, growths.clone()));
-        let scores = self.canvas.gains(growths.len()).map(|gain| gain.score(prices));
-        let best = scores.zip(0..).map(|(score, i)| (score, std::cmp::Reverse(i))).max();
+        self.runner.run(Task::Judge(gone, growths.clone()));
+        let gains = self.runner.canvas().gains(growths.len());
+        let best =
+            gains.iter().map(|gain| gain.score(prices)).zip(0..).map(|(score, i)| (score, std::cmp::Reverse(i))).max();
         let (score, std::cmp::Reverse(i)) = best.unwrap_or_default();
         (score, growths[i])
     }
@@ -315,24 +123,9 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         prunes: &mut Vec<Prune>,
         mut advance: impl FnMut(u64) -> bool,
     ) -> Result<Enlarger> {
-        let scene = self.scene;
-        std::thread::scope(|scope| {
-            for _ in 1..self.canvas.groups.len() {
-                let (to, tasks) = channel::<(Group, Task)>();
-                let (done, from) = channel();
-                scope.spawn(move || {
-                    while let Some((mut group, task)) = receive(&tasks) {
-                        group.run(scene, &task);
-                        let _ = done.send(group);
-                    }
-                });
-                self.canvas.helpers.push(Helper { to, from });
-            }
-            let done = self.until(left, prunes, &mut advance);
-            // Closes the channels, which ends the helpers.
-            self.canvas.helpers.clear();
-            done.map(|()| self.enlarger)
-        })
+        let canvas = self.runner.canvas().clone();
+        canvas.with_helpers(self.scene, || self.until(left, prunes, &mut advance))?;
+        Ok(self.enlarger)
     }
 
     fn until(&mut self, left: usize, prunes: &mut Vec<Prune>, advance: &mut impl FnMut(u64) -> bool) -> Result<()> {
@@ -357,6 +150,7 @@ mod tests {
         plant::WoodPart,
         simplify::{
             capture::{Captured, capture},
+            footprint::Footprint,
             masks::Masks,
             options::Compensate,
             raster::CpuFragments,
@@ -397,7 +191,7 @@ mod tests {
         let leaves = pruner.areas.leaves as u32;
         let mut nearest = vec![[(u32::MAX, leaves); 2]; pruner.scene.views.pixels()];
         let mut footprint = Footprint::new(nearest.len());
-        for shape in (0..=leaves).filter(|&shape| shape == leaves || !pruner.canvas.groups[0].dead[shape as usize]) {
+        for shape in (0..=leaves).filter(|&shape| shape == leaves || !pruner.enlarger.dead[shape as usize]) {
             let row = if shape == leaves { leaves + 1 } else { shape };
             let scale = pruner.enlarger.scales.get(shape as usize).copied().unwrap_or(1.0);
             footprint.rasterise(pruner.scene, view, shape, scale);
@@ -439,7 +233,9 @@ mod tests {
         let mut steps = 0;
         while pruner.step().is_some() {
             steps += 1;
-            let layers: Vec<&Layers> = pruner.canvas.groups.iter().flat_map(|group| &group.layers).collect();
+            let canvas = pruner.runner.canvas().clone();
+            let views = canvas.views();
+            let layers: Vec<&Layers> = views.iter().map(|view| &view.layers).collect();
             for (view, layers) in layers.iter().enumerate() {
                 assert_eq!(
                     layers.fronts().collect::<Vec<_>>(),
@@ -450,7 +246,7 @@ mod tests {
             let areas = count_areas(&layers, plant.leaves.len());
             let scratch = vmi(&areas, &layers);
             assert_eq!(pruner.criterion.f(), scratch.f(), "step {steps}");
-            for leaf in (0..plant.leaves.len()).filter(|&leaf| !pruner.canvas.groups[0].dead[leaf]) {
+            for leaf in (0..plant.leaves.len()).filter(|&leaf| !pruner.enlarger.dead[leaf]) {
                 assert_eq!(pruner.areas.row(leaf), areas.row(leaf), "step {steps}, leaf {leaf}");
                 assert_eq!(pruner.areas.seconds(leaf), areas.seconds(leaf), "step {steps}, leaf {leaf}");
                 assert_eq!(pruner.enlarger.covered[leaf], covers(&pruner, leaf), "step {steps}, leaf {leaf}");

@@ -22,10 +22,20 @@ impl Tournament {
         keys.resize(keys.len().next_power_of_two(), OUT);
         let entries = keys.len();
         let mut tournament = Self { keys, winners: vec![0; entries] };
-        for place in (1..entries).rev() {
-            tournament.winners[place] = tournament.play(place);
-        }
+        tournament.play_all();
         tournament
+    }
+
+    /// Changes all keys at once; `key` receives each entry and its key.
+    pub fn set_all(&mut self, key: impl Fn(u32, Key) -> Key) {
+        self.keys.iter_mut().zip(0..).for_each(|(old, entry)| *old = key(entry, *old));
+        self.play_all();
+    }
+
+    fn play_all(&mut self) {
+        for place in (1..self.keys.len()).rev() {
+            self.winners[place] = self.play(place);
+        }
     }
 
     /// Returns the entry with the least key.

@@ -33,6 +33,9 @@ const INV_PHI: f64 = 0.618_033_988_749_895;
 /// icosahedron and dodecahedron.
 pub const VIEW_COUNTS: [u32; 5] = [4, 6, 8, 12, 20];
 
+/// Largest number of views.
+pub const MAX_VIEWS: usize = VIEW_COUNTS[VIEW_COUNTS.len() - 1] as usize;
+
 /// One camera: an orthonormal basis in unit space. It is at `CAMERA_DISTANCE * toward` and looks at
 /// the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,254 @@
+//! The views while leaves are pruned: the tasks of a step, done view by view by any thread.
+
+use super::{
+    change::Gain,
+    crew::{Crew, Dismissal, Lead, locked},
+    enlarge::Growth,
+    footprint::Footprint,
+    layers::Layers,
+    scene::Scene,
+};
+use std::{
+    sync::{
+        Arc, Mutex, MutexGuard,
+        atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed},
+    },
+    thread,
+};
+
+/// After a task that touched fewer pixels than this, the next removal or growth runs on one thread,
+/// since handing it over would take longer. Judging always uses all threads.
+const PARALLEL_PIXELS: usize = 256;
+
+/// A leaf to be removed.
+#[derive(Debug, Clone, Copy)]
+pub struct Gone {
+    /// The leaf.
+    pub leaf: u32,
+    /// Its current scale.
+    pub scale: f32,
+}
+
+/// Task for every view.
+#[derive(Debug, Clone)]
+pub enum Task {
+    /// Remove a leaf and grow another.
+    Step(Gone, Growth),
+    /// Remove a leaf, if there is one, and judge the growths that could replace it.
+    Judge(Option<Gone>, Arc<[Growth]>),
+    /// Grow a leaf that was judged before.
+    Grow(Growth),
+}
+
+/// One view and what the last task found in it.
+#[derive(Debug)]
+pub struct CanvasView {
+    /// Its fragments.
+    pub layers: Layers,
+    /// Gain of each growth judged last.
+    gains: Vec<Gain>,
+}
+
+/// Working memory of one thread.
+struct Footprints {
+    old: Footprint,
+    new: Footprint,
+}
+
+/// All views, shared by the threads that work on them.
+#[derive(Debug)]
+pub struct Canvas {
+    views: Vec<Mutex<CanvasView>>,
+    /// Whether each leaf is pruned.
+    dead: Vec<AtomicBool>,
+    /// Number of pixels that the last task touched.
+    touched: AtomicUsize,
+    /// Number of pixels that the target covers after the last task; 0 if it grew nothing.
+    grown: AtomicUsize,
+    crew: Crew<Task>,
+}
+
+impl Canvas {
+    /// Creates a canvas of captured views. `dead` tells which leaves they lack.
+    pub fn new(layers: Vec<Layers>, dead: &[bool]) -> Self {
+        let view = |layers| Mutex::new(CanvasView { layers, gains: Vec::new() });
+        Self {
+            views: layers.into_iter().map(view).collect(),
+            dead: dead.iter().copied().map(AtomicBool::new).collect(),
+            touched: AtomicUsize::new(0),
+            grown: AtomicUsize::new(0),
+            crew: Crew::new(Task::Judge(None, Arc::new([]))),
+        }
+    }
+
+    /// Number of pixels, over all views, that the target covers after the last task; 0 if it grew
+    /// nothing.
+    pub fn grown(&self) -> u32 {
+        self.grown.load(Relaxed) as u32
+    }
+
+    /// Gain of each growth judged last, summed over all views.
+    pub fn gains(&self, growths: usize) -> Vec<Gain> {
+        let mut sums = vec![Gain::default(); growths];
+        for view in self.views() {
+            sums.iter_mut().zip(&view.gains).for_each(|(sum, gain)| *sum = sum.plus(*gain));
+        }
+        sums
+    }
+
+    /// Locks all views, for use between two tasks.
+    pub fn views(&self) -> Vec<MutexGuard<'_, CanvasView>> {
+        self.views.iter().map(locked).collect()
+    }
+
+    /// Calls `work` while the other threads of the pool help with its tasks.
+    pub fn with_helpers<T>(&self, scene: Scene<'_>, work: impl FnOnce() -> T) -> T {
+        let helpers = threads().min(self.views.len()) - 1;
+        thread::scope(|scope| {
+            let _dismissal = Dismissal(&self.crew);
+            for _ in 0..helpers {
+                scope.spawn(|| {
+                    let mut footprints = Footprints::new(scene);
+                    self.crew.help(|task, view| self.run_view(scene, task, view, &mut footprints));
+                });
+            }
+            work()
+        })
+    }
+
+    fn run_view(&self, scene: Scene<'_>, task: &Task, view: usize, footprints: &mut Footprints) {
+        let mut on = OnView { scene, view, dead: &self.dead, state: &mut locked(&self.views[view]), footprints };
+        match task {
+            Task::Step(gone, growth) => {
+                let removed = on.remove(*gone);
+                let grown = on.grow(*growth);
+                self.count(removed, grown);
+            }
+            Task::Judge(gone, growths) => {
+                let removed = gone.map_or(0, |gone| on.remove(gone));
+                on.judge(growths);
+                self.count(removed, 0);
+            }
+            Task::Grow(growth) => self.count(0, on.grow(*growth)),
+        }
+    }
+
+    fn count(&self, removed: usize, grown: usize) {
+        self.touched.fetch_add(removed + grown, Relaxed);
+        self.grown.fetch_add(grown, Relaxed);
+    }
+}
+
+/// Hands out the tasks, and does its share of them.
+pub struct Runner<'a> {
+    scene: Scene<'a>,
+    canvas: Arc<Canvas>,
+    lead: Lead,
+    footprints: Footprints,
+}
+
+impl<'a> Runner<'a> {
+    /// Creates a runner that works alone until the canvas [has helpers](Canvas::with_helpers).
+    pub fn new(scene: Scene<'a>, canvas: Canvas) -> Self {
+        Self { scene, canvas: Arc::new(canvas), lead: Lead::default(), footprints: Footprints::new(scene) }
+    }
+
+    /// The views.
+    pub fn canvas(&self) -> &Arc<Canvas> {
+        &self.canvas
+    }
+
+    /// Does a task in every view.
+    pub fn run(&mut self, task: Task) {
+        let Self { scene, canvas, lead, footprints } = self;
+        if let Task::Step(gone, _) | Task::Judge(Some(gone), _) = &task {
+            canvas.dead[gone.leaf as usize].store(true, Relaxed);
+        }
+        canvas.grown.store(0, Relaxed);
+        let is_small = canvas.touched.swap(0, Relaxed) < PARALLEL_PIXELS && !matches!(task, Task::Judge(..));
+        let views = canvas.views.len();
+        let mut run = |task: &Task, view| canvas.run_view(*scene, task, view, footprints);
+        if is_small || threads() == 1 {
+            return (0..views).for_each(|view| run(&task, view));
+        }
+        lead.share(&canvas.crew, task, views, run);
+    }
+}
+
+/// Number of threads that work on the views.
+fn threads() -> usize {
+    rayon::current_num_threads()
+}
+
+impl Footprints {
+    fn new(scene: Scene<'_>) -> Self {
+        let footprint = Footprint::new(scene.views.pixels());
+        Self { old: footprint.clone(), new: footprint }
+    }
+}
+
+/// Everything that a task needs in one view.
+struct OnView<'a> {
+    scene: Scene<'a>,
+    view: usize,
+    dead: &'a [AtomicBool],
+    state: &'a mut CanvasView,
+    footprints: &'a mut Footprints,
+}
+
+impl OnView<'_> {
+    /// Removes a leaf and returns the number of pixels looked at.
+    fn remove(&mut self, Gone { leaf, scale }: Gone) -> usize {
+        let Scene { shapes, views, .. } = self.scene;
+        let layers = &mut self.state.layers;
+        layers.changes.clear();
+        self.footprints.old.outline(shapes, views, self.view, leaf, scale);
+        layers.remove(leaf, &self.footprints.old, self.dead);
+        self.footprints.old.fragments.len()
+    }
+
+    /// Grows a leaf and returns the number of pixels that it covers now, or 0 if nothing changed.
+    fn grow(&mut self, Growth { target, from, to }: Growth) -> usize {
+        if from == to {
+            return 0;
+        }
+        let Footprints { old, new } = self.footprints;
+        old.rasterise(self.scene, self.view, target, from);
+        new.rasterise(self.scene, self.view, target, to);
+        self.state.layers.regrow(target, old, new, self.dead);
+        new.fragments.len()
+    }
+
+    /// Finds the gain of each growth in this view.
+    fn judge(&mut self, growths: &[Growth]) {
+        let CanvasView { layers, gains } = &mut *self.state;
+        gains.clear();
+        gains.resize(growths.len(), Gain::default());
+        let Some(appearance) = self.scene.appearance else { return };
+        layers.refresh();
+        let (layers, look) = (&*layers, appearance.view(self.view));
+        let Footprints { old, new } = self.footprints;
+        let (scene, view) = (self.scene, self.view);
+        let mut drawn = None;
+        for (&growth, gain) in growths.iter().zip(gains) {
+            let Growth { target, from, to } = growth;
+            if from == to || !may_show(new, scene, view, growth, layers) {
+                continue;
+            }
+            if drawn.replace(target) != Some(target) {
+                old.rasterise_where(scene, view, target, from, |pixel, _| layers.shows(pixel, target));
+            }
+            let wanted = |pixel, depth| layers.would_show(pixel, depth, target);
+            new.rasterise_where(scene, view, target, to, wanted);
+            *gain = layers.gain(target, old, new, look);
+        }
+    }
+}
+
+/// Whether a leaf could be frontmost anywhere in a view before or after a growth. Conservative: may
+/// return true for a hidden leaf.
+fn may_show(footprint: &mut Footprint, scene: Scene<'_>, view: usize, growth: Growth, layers: &Layers) -> bool {
+    [growth.from, growth.to]
+        .into_iter()
+        .any(|scale| footprint.extent(scene, view, growth.target, scale).is_none_or(|extent| !layers.hides(&extent)))
+}

@@ -1,0 +1,306 @@
+//! Terms of the viewpoint mutual information, kept up to date for all leaves.
+//!
+//! Pruning x hands its pixels to the polygons directly behind it. If polygon y receives d(v)
+//! pixels, D in total, F changes in each view by
+//!
+//! ```text
+//! sum over y of  (a_y + d)(L(a_y + d) - L(A_y + D)) - a_y (L(a_y) - L(A_y))
+//! minus          a_x (L(a_x) - L(A_x))
+//! ```
+//!
+//! Each leaf's sum over leaves y is kept per view and corrected when a row or a pair changes. The
+//! terms of background and wood, which affect thousands of leaves at every step, are added when a
+//! leaf's exact error is needed; [`ranking`](super::ranking) decides when it is. All errors are
+//! integers, equal to a computation from scratch bit for bit.
+
+use super::{
+    areas::{Areas, Row},
+    information::FixedLog,
+    pairs::Pairs,
+    ranking::BOTTOMS,
+    views::MAX_VIEWS,
+};
+
+/// What a step did to the errors of leaves.
+#[derive(Default)]
+pub struct Moves {
+    /// Leaves whose errors must be computed again, each once.
+    pub marked: Vec<u32>,
+    /// For each leaf, the step that last marked it.
+    stamps: Vec<u32>,
+    step: u32,
+    /// Leaves whose errors moved by at most `movement`; a leaf may be marked as well.
+    pub moved: Vec<u32>,
+    movement: Vec<i64>,
+}
+
+impl Moves {
+    /// Marks a leaf.
+    pub fn mark(&mut self, leaf: u32) {
+        if std::mem::replace(&mut self.stamps[leaf as usize], self.step) != self.step {
+            self.marked.push(leaf);
+        }
+    }
+
+    /// Whether a leaf is marked.
+    pub fn has_marked(&self, leaf: u32) -> bool {
+        self.stamps[leaf as usize] == self.step
+    }
+
+    /// Returns how far a leaf's error moved at most, and sets it to 0.
+    pub fn take_movement(&mut self, leaf: u32) -> i64 {
+        std::mem::take(&mut self.movement[leaf as usize])
+    }
+
+    fn add_movement(&mut self, leaf: u32, movement: i64) {
+        let sum = &mut self.movement[leaf as usize];
+        if *sum == 0 && movement > 0 {
+            self.moved.push(leaf);
+        }
+        *sum += movement;
+    }
+}
+
+/// F of every view, and how pruning each leaf would change it.
+pub struct Terms {
+    log: FixedLog,
+    background: bool,
+    /// Number of pixels of all views.
+    pixels: u64,
+    pairs: Pairs,
+    /// Change of F(v) when leaf x is pruned, without the terms of background and wood.
+    local: Vec<[i64; MAX_VIEWS]>,
+    /// F(v) of the current state, without the background's row.
+    f: [i64; MAX_VIEWS],
+    /// Pixels of background and wood that leaf x would uncover in each view.
+    uncovered: [Vec<Row>; BOTTOMS],
+    uncovered_totals: [Vec<u32>; BOTTOMS],
+    /// Pairs whose counts changed in this step; their terms are left out until it ends.
+    touched_pairs: Vec<u32>,
+    /// What this step did so far.
+    pub moves: Moves,
+}
+
+impl Terms {
+    /// Creates the terms of freshly counted `areas`. `pixels` is the number of pixels of all views;
+    /// `fronts` yields the view and the (front, second) pair of each pixel.
+    pub fn new(areas: &Areas, pixels: u64, background: bool, fronts: impl Iterator<Item = (usize, [u32; 2])>) -> Self {
+        let (leaves, views) = (areas.leaves, areas.views);
+        let mut terms = Self {
+            log: FixedLog::new(pixels),
+            background,
+            pixels,
+            pairs: Pairs::new(leaves, views),
+            local: vec![[0; MAX_VIEWS]; leaves],
+            f: [0; MAX_VIEWS],
+            uncovered: [vec![[0; MAX_VIEWS]; leaves], vec![[0; MAX_VIEWS]; leaves]],
+            uncovered_totals: [vec![0; leaves], vec![0; leaves]],
+            touched_pairs: Vec::new(),
+            moves: Moves { stamps: vec![0; leaves], movement: vec![0; leaves], step: 1, ..Moves::default() },
+        };
+        for (view, pair) in fronts {
+            terms.count_pair(areas, view, pair, 1);
+        }
+        for row in (0..leaves).chain([areas.wood()]) {
+            terms.add_own(row, areas.row(row), areas.total(row), 1);
+        }
+        terms.add_touched_pairs(areas);
+        terms
+    }
+
+    /// Adds `sign` times a row's own term to F, and subtracts it from the change that pruning the
+    /// row's leaf causes.
+    fn add_own(&mut self, row: usize, areas: &Row, total: u32, sign: i64) {
+        let log_total = self.log.log2(total);
+        for (view, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0) {
+            let term = sign * i64::from(area) * (self.log.log2(area) - log_total);
+            self.f[view] += term;
+            if let Some(local) = self.local.get_mut(row) {
+                local[view] -= term;
+            }
+        }
+    }
+
+    /// Adds `sign` times the pair's contribution to the change of its front leaf.
+    fn add_pair(&mut self, areas: &Areas, number: u32, sign: i64) {
+        let (pair, second) = self.pairs.get(number);
+        let (row, total) = (areas.row(second as usize), areas.total(second as usize));
+        let local = &mut self.local[pair.front as usize];
+        let log_after = self.log.log2(total + pair.total);
+        let log_change = sign * (self.log.log2(total) - log_after);
+        for (local, &area) in local.iter_mut().zip(row) {
+            *local += i64::from(area) * log_change;
+        }
+        for view in pair.seen_views() {
+            local[view] += sign * self.log.handed_over(row[view], self.pairs.count(pair, view), log_after);
+        }
+    }
+
+    /// Adds the terms of the touched pairs, or removes the pairs that no longer occur.
+    fn add_touched_pairs(&mut self, areas: &Areas) {
+        let mut touched_pairs = std::mem::take(&mut self.touched_pairs);
+        for pair in touched_pairs.drain(..) {
+            if self.pairs.get(pair).0.total == 0 {
+                self.pairs.remove(pair);
+            } else {
+                self.add_pair(areas, pair, 1);
+            }
+        }
+        self.touched_pairs = touched_pairs;
+    }
+
+    /// Begins a step.
+    pub fn begin_step(&mut self) {
+        self.moves.step += 1;
+    }
+
+    /// Adds `delta` to the pixels of one view in which `second` is directly behind `front`.
+    pub fn count_pair(&mut self, areas: &Areas, view: usize, [front, second]: [u32; 2], delta: i32) {
+        if front as usize >= areas.leaves {
+            return;
+        }
+        self.moves.mark(front);
+        match (second as usize).checked_sub(areas.leaves) {
+            Some(bottom) => {
+                let count = &mut self.uncovered[bottom][front as usize][view];
+                *count = count.wrapping_add_signed(delta);
+                let total = &mut self.uncovered_totals[bottom][front as usize];
+                *total = total.wrapping_add_signed(delta);
+            }
+            None => {
+                let pair = self.pairs.find_or_insert(front, second);
+                if self.pairs.stamp(pair, self.moves.step) {
+                    self.add_pair(areas, pair, -1);
+                    self.touched_pairs.push(pair);
+                }
+                self.pairs.add(pair, view, delta);
+            }
+        }
+    }
+
+    /// Moves every row that waits in `areas` to its new areas.
+    pub fn move_rows(&mut self, areas: &Areas) {
+        for i in 0..areas.pending() {
+            let row = areas.pending_row(i);
+            if row == areas.background() {
+                continue;
+            }
+            let (new_row, new_total) = areas.pending_areas(i);
+            self.add_own(row, areas.row(row), areas.total(row), -1);
+            self.add_own(row, &new_row, new_total, 1);
+            if row < areas.leaves {
+                self.moves.mark(row as u32);
+                self.move_row(areas, row, &new_row, new_total);
+            }
+        }
+    }
+
+    /// Corrects every pair whose second leaf is the one whose row is about to change, unless the
+    /// pair's own counts change too. Records an upper bound on how far that moves the errors of the
+    /// front leaves.
+    fn move_row(&mut self, areas: &Areas, second: usize, new_row: &Row, new_total: u32) {
+        let (old_row, old_total) = (areas.row(second), areas.total(second));
+        let log_before = [old_total, new_total].map(|total| self.log.log2(total));
+        for pair in self.pairs.behind_others(second as u32) {
+            if pair.stamp == self.moves.step {
+                continue;
+            }
+            let local = &mut self.local[pair.front as usize];
+            let log_after = [old_total, new_total].map(|total| self.log.log2(total + pair.total));
+            let log_change = [log_before[0] - log_after[0], log_before[1] - log_after[1]];
+            let mut movement = 0;
+            for ((local, &old), &new) in local.iter_mut().zip(old_row).zip(new_row) {
+                let change = i64::from(new) * log_change[1] - i64::from(old) * log_change[0];
+                *local += change;
+                movement += change.abs();
+            }
+            for view in pair.seen_views() {
+                let handed = self.pairs.count(pair, view);
+                let change = self.log.handed_over(new_row[view], handed, log_after[1])
+                    - self.log.handed_over(old_row[view], handed, log_after[0]);
+                local[view] += change;
+                movement += change.abs();
+            }
+            self.moves.add_movement(pair.front, movement);
+        }
+    }
+
+    /// Ends the step once `areas` are committed.
+    pub fn end_step(&mut self, areas: &Areas) {
+        self.add_touched_pairs(areas);
+    }
+
+    /// Number of pixels of each bottom that pruning `leaf` would uncover, where they count.
+    pub fn uncovered(&self, leaf: u32) -> [u32; BOTTOMS] {
+        let [background, wood] = [0, 1].map(|bottom| self.uncovered_totals[bottom][leaf as usize]);
+        if self.background { [background, wood] } else { [0; BOTTOMS] }
+    }
+
+    /// Change of F(v) in every view when `leaf` is pruned, without the background's term if the
+    /// background does not count.
+    fn f_changes(&self, areas: &Areas, leaf: u32) -> [i64; MAX_VIEWS] {
+        let mut changes = self.local[leaf as usize];
+        for bottom in 0..BOTTOMS {
+            let uncovered_total = self.uncovered_totals[bottom][leaf as usize];
+            if uncovered_total == 0 || (bottom == 0 && !self.background) {
+                continue;
+            }
+            let row = areas.row(areas.leaves + bottom);
+            let total = areas.total(areas.leaves + bottom);
+            let log_after = self.log.log2(total + uncovered_total);
+            let log_change = self.log.log2(total) - log_after;
+            for ((change, &area), &uncovered) in changes.iter_mut().zip(row).zip(&self.uncovered[bottom][leaf as usize])
+            {
+                *change += i64::from(area) * log_change;
+                if uncovered > 0 {
+                    *change += self.log.handed_over(area, uncovered, log_after);
+                }
+            }
+        }
+        changes
+    }
+
+    /// Exact error of pruning `leaf`, in fixed point. With the background, it is multiplied by the
+    /// number of pixels of a view.
+    pub fn error(&self, areas: &Areas, leaf: u32) -> i64 {
+        let changes = self.f_changes(areas, leaf);
+        if self.background {
+            return changes.iter().map(|change| change.abs()).sum();
+        }
+        let pixels_per_view = (self.pixels / areas.views as u64) as u32;
+        let background = areas.background();
+        let total = self.pixels as u32 - areas.total(background);
+        let uncovered_total = self.uncovered_totals[0][leaf as usize];
+        let log_total = [total, total - uncovered_total].map(|total| self.log.log2(total));
+        let information = |f: i64, covered: u32, log_total: i64| match covered {
+            0 => 0,
+            _ => f.div_euclid(i64::from(covered)) + log_total - self.log.log2(covered),
+        };
+        (0..areas.views)
+            .map(|view| {
+                let covered = pixels_per_view - areas.row(background)[view];
+                let uncovered = self.uncovered[0][leaf as usize][view];
+                let before = information(self.f[view], covered, log_total[0]);
+                let after = information(self.f[view] + changes[view], covered - uncovered, log_total[1]);
+                (after - before).abs()
+            })
+            .sum()
+    }
+
+    /// Converts an [`error`](Self::error) to bits of information.
+    pub fn error_bits(&self, areas: &Areas, error: i64) -> f64 {
+        let scale = if self.background { self.pixels as f64 / areas.views as f64 } else { 1.0 };
+        self.log.to_bits(error) / scale
+    }
+
+    /// Units of an [`error`](Self::error) that are one bit times one pixel.
+    pub fn unit(&self) -> f64 {
+        (1_u64 << self.log.fraction_bits()) as f64
+    }
+
+    /// F(v) of every view, without the background's row.
+    #[cfg(test)]
+    pub fn f(&self) -> &[i64; MAX_VIEWS] {
+        &self.f
+    }
+}
