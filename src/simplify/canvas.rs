@@ -202,6 +202,9 @@ impl OnView<'_> {
         let Scene { shapes, views, .. } = self.scene;
         let layers = &mut self.state.layers;
         layers.changes.clear();
+        if layers.seen(leaf) == [0; 2] {
+            return 0;
+        }
         self.footprints.old.outline(shapes, views, self.view, leaf, scale);
         layers.remove(leaf, &self.footprints.old, self.dead);
         self.footprints.old.fragments.len()
@@ -235,7 +238,10 @@ impl OnView<'_> {
             if from == to || !may_show(new, scene, view, growth, layers) {
                 continue;
             }
-            if drawn.replace(target) != Some(target) {
+            if layers.seen(target)[0] == 0 {
+                old.fragments.clear();
+                drawn = None;
+            } else if drawn.replace(target) != Some(target) {
                 old.rasterise_where(scene, view, target, from, |pixel, _| layers.shows(pixel, target));
             }
             let wanted = |pixel, depth| layers.would_show(pixel, depth, target);

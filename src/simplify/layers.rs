@@ -1,10 +1,10 @@
 //! Live fragments of one view, sorted front to back in each pixel, so that nothing has to be
 //! rendered again when a leaf is removed or grows.
 //!
-//! Each pixel keeps its two nearest fragments in its record and the deeper ones on a stack, nearest
-//! on top. A pruned leaf is removed from the front and second places at once; its fragments on the
-//! stacks are dropped when they are next visited. Every update is recorded as [`Change`]s of
-//! (front, second) pairs, from which areas and criteria are updated.
+//! Each pixel has a stack of fragments, nearest on top, and a record that names the leaves of the
+//! two nearest. The fragments of a pruned leaf are dropped when they come to the top or their stack
+//! is full. Every update is recorded as [`Change`]s of (front, second) pairs, from which areas and
+//! criteria are updated.
 
 use super::{
     appearance::ViewLook,
@@ -34,18 +34,41 @@ impl Fragment {
     }
 }
 
+/// Record of a pixel: 16 bytes, since steps visit pixels in no order that a cache could foresee.
 #[derive(Debug, Clone, Copy)]
 struct Pixel {
-    front: Fragment,
-    second: Fragment,
+    /// Frontmost polygon and the one directly behind it. Behind all leaves is wood or background.
+    pair: [u32; 2],
     /// Index of the stack's first slot.
     start: u32,
-    /// Number of fragments on the stack, including dead ones.
-    len: u32,
-    /// Number of slots reserved for the stack.
-    capacity: u32,
-    /// Depth of the nearest wood, or [`NO_WOOD`]. Leaves behind it are not kept.
-    wood_depth: u32,
+    /// Number of fragments on the stack, including dead ones, in the lower [`LEN_BITS`]; number of
+    /// free slots behind them in the others.
+    len_and_room: u32,
+}
+
+/// Bits of a stack's length: enough for the largest number of leaves that a plant may have.
+const LEN_BITS: u32 = 23;
+/// Largest number of free slots that a stack knows of; others are lost.
+const MAX_ROOM: u32 = u32::MAX >> LEN_BITS;
+
+impl Pixel {
+    fn len(&self) -> u32 {
+        self.len_and_room & ((1 << LEN_BITS) - 1)
+    }
+
+    fn room(&self) -> u32 {
+        self.len_and_room >> LEN_BITS
+    }
+
+    /// Changes the length; slots that become free are room.
+    fn set_len(&mut self, len: u32) {
+        let room = self.len() + self.room() - len;
+        self.set(len, room);
+    }
+
+    fn set(&mut self, len: u32, room: u32) {
+        self.len_and_room = room.min(MAX_ROOM) << LEN_BITS | len;
+    }
 }
 
 /// Wood depth of a pixel without wood; the background lies behind everything.
@@ -56,6 +79,10 @@ const NO_WOOD: u32 = u32::MAX;
 pub struct Layers {
     pixels: Vec<Pixel>,
     stacks: Vec<Fragment>,
+    /// Depth of the nearest wood in each pixel, or [`NO_WOOD`]. Leaves behind it are not kept.
+    wood_depth: Vec<u32>,
+    /// For each polygon, the number of pixels in which it is frontmost, and directly behind.
+    seen: Vec<[u32; 2]>,
     /// Number of slots abandoned by stacks that moved to grow.
     abandoned: usize,
     /// Number of leaves, which is also the background's row; the wood's row is the next.
@@ -73,6 +100,9 @@ pub struct Layers {
 const MAX_ABANDONED: f64 = 0.25;
 /// Smallest capacity of a stack that has grown.
 const LEAST_CAPACITY: u32 = 4;
+/// Fraction by which the memory of all stacks grows when they need more. A vector's own way, which
+/// is to double, would make it the largest part of the peak memory.
+const GROWTH: f64 = 0.125;
 
 impl Layers {
     /// Sorts captured coverage into the fragments of each pixel.
@@ -112,30 +142,31 @@ impl Layers {
                 lens[pixel] += 1;
             }
         }
-        let pixels = (0..pixels).map(|at| {
-            let stack = &mut stacks[starts[at] as usize..][..lens[at] as usize];
-            let bottom = bottom(wood_depth[at], leaves);
-            let mut pixel = Pixel {
-                front: bottom,
-                second: bottom,
-                start: starts[at],
-                len: sorted(stack, wood_depth[at], covered),
-                capacity: starts[at + 1] - starts[at],
-                wood_depth: wood_depth[at],
-            };
-            pixel.front = pixel.pop(&stacks, &[], bottom);
-            pixel.second = pixel.pop(&stacks, &[], bottom);
+        let records = (0..pixels).map(|at| {
+            let slots = starts[at] as usize..starts[at + 1] as usize;
+            let mut pixel = Pixel { pair: [0; 2], start: starts[at], len_and_room: 0 };
+            let len = sorted(&mut stacks[slots.clone()], wood_depth[at], covered);
+            pixel.set(len, slots.len() as u32 - len);
             pixel
         });
-        Self {
-            pixels: pixels.collect(),
+        let mut layers = Self {
+            pixels: records.collect(),
             stacks,
+            wood_depth,
+            seen: vec![[0; 2]; leaves as usize + 2],
             abandoned: 0,
             leaves,
             reference: Vec::new(),
             farthest: None,
             changes: Vec::new(),
+        };
+        for index in 0..pixels as u32 {
+            layers.settle(index, &[]);
+            let [front, second] = layers.pixels[index as usize].pair;
+            layers.seen[front as usize][0] += 1;
+            layers.seen[second as usize][1] += 1;
         }
+        layers
     }
 
     /// Keeps `full` as the reference: for every pixel of the same view the frontmost polygon at
@@ -147,7 +178,7 @@ impl Layers {
 
     /// Returns the frontmost polygon of every pixel.
     pub fn front_rows(&self) -> Vec<u32> {
-        self.pixels.iter().map(|pixel| pixel.front.leaf()).collect()
+        self.pixels.iter().map(|pixel| pixel.pair[0]).collect()
     }
 
     /// Iterates over the reference and the (front, second) pair of every pixel. Returns `None` if
@@ -161,12 +192,12 @@ impl Layers {
     pub fn gain(&self, leaf: u32, old: &Footprint, new: &Footprint, look: ViewLook<'_>) -> Gain {
         let mut gain = Gain::default();
         for &(index, _) in &new.fragments {
-            let front = self.pixels[index as usize].front.leaf();
+            let [front, _] = self.pixels[index as usize].pair;
             gain = gain.plus(look.gain(front, leaf, self.reference[index as usize]));
         }
         for &(index, _) in &old.fragments {
             if new.depth_at(index).is_none() {
-                let second = self.pixels[index as usize].second.leaf();
+                let [_, second] = self.pixels[index as usize].pair;
                 gain = gain.plus(look.gain(leaf, second, self.reference[index as usize]));
             }
         }
@@ -175,19 +206,44 @@ impl Layers {
 
     /// Whether a fragment of `leaf` at `depth` would be frontmost at pixel `index`.
     pub fn would_show(&self, index: u32, depth: u32, leaf: u32) -> bool {
-        let Pixel { front, second, .. } = self.pixels[index as usize];
-        Fragment::new(depth, leaf) < if front.leaf() == leaf { second } else { front }
+        let pixel = &self.pixels[index as usize];
+        let place = u32::from(pixel.pair[0] == leaf);
+        Fragment::new(depth, leaf) < self.nearest(index, place)
     }
 
     /// Whether `leaf` is frontmost at pixel `index`.
     pub fn shows(&self, index: u32, leaf: u32) -> bool {
-        self.pixels[index as usize].front.leaf() == leaf
+        self.pixels[index as usize].pair[0] == leaf
+    }
+
+    /// Numbers of pixels in which `leaf` is frontmost, and directly behind the frontmost polygon.
+    pub fn seen(&self, leaf: u32) -> [u32; 2] {
+        self.seen[leaf as usize]
+    }
+
+    /// Frontmost fragment of a pixel for `place` 0, the second one for 1.
+    fn nearest(&self, index: u32, place: u32) -> Fragment {
+        let pixel = &self.pixels[index as usize];
+        match pixel.len().checked_sub(1 + place) {
+            Some(at) => self.stacks[(pixel.start + at) as usize],
+            None => self.bottom(index),
+        }
+    }
+
+    /// The fragment behind all leaves: the wood, or else the background.
+    fn bottom(&self, index: u32) -> Fragment {
+        bottom(self.wood_depth[index as usize], self.leaves)
     }
 
     /// Updates the occlusion data that [`hides`](Self::hides) uses.
     pub fn refresh(&mut self) {
         if let Some(farthest) = &mut self.farthest {
-            farthest.refresh(|pixel| self.pixels[pixel].front.depth());
+            let depth = |pixel: usize| {
+                let Pixel { start, .. } = self.pixels[pixel];
+                let top = self.pixels[pixel].len().checked_sub(1).map(|at| self.stacks[(start + at) as usize]);
+                top.map_or(self.wood_depth[pixel], Fragment::depth)
+            };
+            farthest.refresh(depth);
         }
     }
 
@@ -199,14 +255,15 @@ impl Layers {
 
     /// Iterates over the (front, second) pairs of all pixels.
     pub fn fronts(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.pixels.iter().map(|pixel| pixel.pair())
+        self.pixels.iter().map(|pixel| pixel.pair)
     }
 
     /// Removes a leaf that was just marked dead. `footprint` is its footprint or its outline.
     pub fn remove(&mut self, leaf: u32, footprint: &Footprint, dead: &[AtomicBool]) {
         for &(index, _) in &footprint.fragments {
-            let from = self.pixels[index as usize].pair();
-            if self.take_visible(index, leaf, dead) {
+            let from = self.pixels[index as usize].pair;
+            if from.contains(&leaf) {
+                self.settle(index, dead);
                 self.record(index, from);
             }
         }
@@ -219,7 +276,7 @@ impl Layers {
             if old_depth == Some(depth) {
                 continue;
             }
-            let from = self.pixels[index as usize].pair();
+            let from = self.pixels[index as usize].pair;
             if old_depth.is_some() {
                 self.take(index, leaf, dead);
             }
@@ -228,7 +285,7 @@ impl Layers {
         }
         for &(index, _) in &old.fragments {
             if new.depth_at(index).is_none() {
-                let from = self.pixels[index as usize].pair();
+                let from = self.pixels[index as usize].pair;
                 self.take(index, leaf, dead);
                 self.record(index, from);
             }
@@ -240,86 +297,89 @@ impl Layers {
 
     /// Records the change of a pixel, merging it with the previous change if both are the same.
     fn record(&mut self, index: u32, from: [u32; 2]) {
-        let to = self.pixels[index as usize].pair();
-        let reference = self.reference.get(index as usize).copied().unwrap_or(self.leaves);
+        let to = self.pixels[index as usize].pair;
+        if from == to {
+            return;
+        }
+        for place in 0..2 {
+            self.seen[from[place] as usize][place] -= 1;
+            self.seen[to[place] as usize][place] += 1;
+        }
         if from[0] != to[0]
             && let Some(farthest) = &mut self.farthest
         {
             farthest.touch(index);
         }
+        let reference = self.reference.get(index as usize).copied().unwrap_or(self.leaves);
         match self.changes.last_mut() {
-            _ if from == to => {}
             Some(last) if last.from == from && last.to == to && last.reference == reference => last.count += 1,
             _ => self.changes.push(Change { from, to, reference, count: 1 }),
         }
     }
 
-    /// Removes a leaf from the front or second place of a pixel and refills the place from the
-    /// stack. Returns whether the leaf was there.
-    fn take_visible(&mut self, index: u32, leaf: u32, dead: &[AtomicBool]) -> bool {
+    /// Drops the dead fragments above the two nearest live ones and names those two in the record.
+    /// `dead` may be empty if no leaf is dead.
+    fn settle(&mut self, index: u32, dead: &[AtomicBool]) {
         let pixel = &mut self.pixels[index as usize];
-        let is_front = pixel.front.leaf() == leaf;
-        if !is_front && pixel.second.leaf() != leaf {
-            return false;
+        let bottom = bottom(self.wood_depth[index as usize], self.leaves).leaf();
+        let len = pixel.len() as usize;
+        let stack = &mut self.stacks[pixel.start as usize..][..len];
+        let live_below = |stack: &[Fragment], end: usize| stack[..end].iter().rposition(|&at| !is_dead(dead, at));
+        let Some(front) = live_below(stack, len) else {
+            pixel.pair = [bottom; 2];
+            return pixel.set_len(0);
+        };
+        let second = live_below(stack, front);
+        pixel.pair = [stack[front].leaf(), second.map_or(bottom, |second| stack[second].leaf())];
+        let kept = second.map_or(0, |second| second + 1);
+        stack[kept] = stack[front];
+        if kept + 1 < len {
+            pixel.set_len(kept as u32 + 1);
         }
-        if is_front {
-            pixel.front = pixel.second;
-        }
-        pixel.second = pixel.pop(&self.stacks, dead, bottom(pixel.wood_depth, self.leaves));
-        true
     }
 
-    /// Removes a live leaf from a pixel, wherever it is; does nothing if it was behind the wood.
+    /// Removes a live leaf from a pixel; does nothing if it was behind the wood.
     fn take(&mut self, index: u32, leaf: u32, dead: &[AtomicBool]) {
-        if self.take_visible(index, leaf, dead) {
-            return;
-        }
         let pixel = &mut self.pixels[index as usize];
-        let stack = &mut self.stacks[pixel.start as usize..][..pixel.len as usize];
-        if let Some(at) = stack.iter().rposition(|fragment| fragment.leaf() == leaf) {
-            stack.copy_within(at + 1.., at);
-            pixel.len -= 1;
+        let stack = &mut self.stacks[pixel.start as usize..][..pixel.len() as usize];
+        let Some(at) = stack.iter().rposition(|fragment| fragment.leaf() == leaf) else { return };
+        stack.copy_within(at + 1.., at);
+        pixel.set_len(pixel.len() - 1);
+        if pixel.pair.contains(&leaf) {
+            self.settle(index, dead);
         }
     }
 
     /// Adds a fragment unless it is behind the wood.
-    fn insert(&mut self, index: u32, mut fragment: Fragment, dead: &[AtomicBool]) {
-        let pixel = &mut self.pixels[index as usize];
-        let bottom = bottom(pixel.wood_depth, self.leaves);
-        if fragment > bottom {
+    fn insert(&mut self, index: u32, fragment: Fragment, dead: &[AtomicBool]) {
+        if fragment > self.bottom(index) {
             return;
         }
-        if fragment < pixel.front {
-            std::mem::swap(&mut fragment, &mut pixel.front);
-        }
-        if fragment < pixel.second {
-            std::mem::swap(&mut fragment, &mut pixel.second);
-        }
-        if fragment != bottom {
-            self.push(index, fragment, dead);
-        }
-    }
-
-    /// Inserts a fragment into the stack in depth order.
-    fn push(&mut self, index: u32, fragment: Fragment, dead: &[AtomicBool]) {
-        if self.pixels[index as usize].len == self.pixels[index as usize].capacity {
+        if self.pixels[index as usize].room() == 0 {
             self.make_room(index, dead);
         }
         let pixel = &mut self.pixels[index as usize];
-        let mut at = (pixel.start + pixel.len) as usize;
-        pixel.len += 1;
+        let len = pixel.len();
+        pixel.set_len(len + 1);
+        let mut at = (pixel.start + len) as usize;
         while at > pixel.start as usize && self.stacks[at - 1] < fragment {
             self.stacks[at] = self.stacks[at - 1];
             at -= 1;
         }
         self.stacks[at] = fragment;
+        match (pixel.start + len) as usize - at {
+            0 => pixel.pair = [fragment.leaf(), pixel.pair[0]],
+            1 => pixel.pair[1] = fragment.leaf(),
+            _ => {}
+        }
     }
 
     /// Drops the dead fragments of a full stack; if there are none, moves the stack to twice the
     /// capacity.
     fn make_room(&mut self, index: u32, dead: &[AtomicBool]) {
         let pixel = &mut self.pixels[index as usize];
-        let slots = pixel.start as usize..(pixel.start + pixel.len) as usize;
+        let len = pixel.len();
+        let slots = pixel.start as usize..(pixel.start + len) as usize;
         let mut kept = slots.start;
         for at in slots.clone() {
             if !is_dead(dead, self.stacks[at]) {
@@ -327,13 +387,19 @@ impl Layers {
                 kept += 1;
             }
         }
-        pixel.len = (kept - slots.start) as u32;
-        if pixel.len == pixel.capacity {
-            self.abandoned += pixel.capacity as usize;
+        pixel.set_len((kept - slots.start) as u32);
+        if pixel.room() == 0 {
+            let capacity = (len * 2).clamp(LEAST_CAPACITY, len + MAX_ROOM);
+            self.abandoned += len as usize;
             pixel.start = self.stacks.len() as u32;
-            pixel.capacity = (pixel.capacity * 2).max(LEAST_CAPACITY);
+            pixel.set(len, capacity - len);
+            let all = self.stacks.len() + capacity as usize;
+            if all > self.stacks.capacity() {
+                let more = (self.stacks.len() as f64 * GROWTH) as usize;
+                self.stacks.reserve_exact(more.max(capacity as usize));
+            }
             self.stacks.extend_from_within(slots);
-            self.stacks.resize((pixel.start + pixel.capacity) as usize, Fragment::default());
+            self.stacks.resize(all, Fragment::default());
         }
     }
 
@@ -342,33 +408,13 @@ impl Layers {
         let mut packed = Vec::with_capacity(self.stacks.len() - self.abandoned);
         for pixel in &mut self.pixels {
             let start = packed.len();
-            let stack = &self.stacks[pixel.start as usize..][..pixel.len as usize];
+            let stack = &self.stacks[pixel.start as usize..][..pixel.len() as usize];
             packed.extend(stack.iter().filter(|fragment| !is_dead(dead, **fragment)));
             pixel.start = start as u32;
-            pixel.len = (packed.len() - start) as u32;
-            pixel.capacity = pixel.len;
+            pixel.set((packed.len() - start) as u32, 0);
         }
         self.stacks = packed;
         self.abandoned = 0;
-    }
-}
-
-impl Pixel {
-    fn pair(&self) -> [u32; 2] {
-        [self.front.leaf(), self.second.leaf()]
-    }
-
-    /// Pops the nearest live fragment from the stack, or returns `bottom` if there is none. `dead`
-    /// may be empty if no leaf is dead.
-    fn pop(&mut self, stacks: &[Fragment], dead: &[AtomicBool], bottom: Fragment) -> Fragment {
-        while self.len > 0 {
-            self.len -= 1;
-            let fragment = stacks[(self.start + self.len) as usize];
-            if !is_dead(dead, fragment) {
-                return fragment;
-            }
-        }
-        bottom
     }
 }
 

@@ -1,5 +1,5 @@
-//! The remaining leaves ranked by error, where exact errors are expensive: most leaves are ranked by
-//! lower bounds, which are made exact only where that can decide who is least.
+//! The remaining leaves ranked by error, where exact errors are expensive: most leaves are ranked
+//! by lower bounds, which are made exact only where that can decide who is least.
 //!
 //! Every leaf has a bound that holds until the epoch ends (see [`drift`](super::drift)) in a
 //! tournament. A leaf whose bound is below the least error is *near*: it leaves the tournament for

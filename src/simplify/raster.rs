@@ -11,6 +11,7 @@ use crate::{
     material::Wrap,
 };
 use rayon::prelude::*;
+use wide::i32x8;
 
 /// Calls `row(y, first, last)` for every row in which the triangle covers pixels `first..=last` of
 /// an image of `resolution` x `resolution` pixels. `corners` are (x, y) in 1/256 pixel from the
@@ -28,43 +29,53 @@ pub fn cover(resolution: u32, mut corners: [[i64; 2]; 3], mut row: impl FnMut(i6
     }
     let last_pixel = i64::from(resolution) - 1;
     let [a, b, c] = corners;
-    let top = ceil_pixel(a[1].min(b[1]).min(c[1])).max(0);
-    let bottom = a[1].max(b[1]).max(c[1]).div_euclid(SUBPIXEL).min(last_pixel);
-    let left = ceil_pixel(a[0].min(b[0]).min(c[0])).max(0);
-    let right = a[0].max(b[0]).max(c[0]).div_euclid(SUBPIXEL).min(last_pixel);
+    let low = [0, 1].map(|axis| a[axis].min(b[axis]).min(c[axis]));
+    let high = [0, 1].map(|axis| a[axis].max(b[axis]).max(c[axis]));
+    let [left, top] = low.map(|at| ceil_pixel(at).max(0));
+    let [right, bottom] = high.map(|at| at.div_euclid(SUBPIXEL).min(last_pixel));
     if left > right || top > bottom {
         return;
     }
     let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
-    for y in top..=bottom {
-        let span =
-            if right - left < WALKED_WIDTH { walk(&edges, y, left, right) } else { solve(&edges, y, left, right) };
-        if let Some((first, last)) = span {
-            row(y, first, last);
+    if high[0] - low[0] < LANES * SUBPIXEL && high[1] - low[1] < MAX_LANE_ROWS * SUBPIXEL {
+        cover_narrow(&edges, [left, top], [right, bottom], row);
+    } else {
+        for y in top..=bottom {
+            if let Some((first, last)) = solve(&edges, y, left, right) {
+                row(y, first, last);
+            }
         }
     }
 }
 
-/// Rows up to this many pixels wide are tested pixel by pixel, which costs less than the divisions
+/// Width of triangles whose rows are tested all pixels at once, which costs less than the divisions
 /// needed to solve a row.
-const WALKED_WIDTH: i64 = 12;
+const LANES: i64 = 8;
+/// Height of such triangles in pixels, which keeps their edge functions within `i32`.
+const MAX_LANE_ROWS: i64 = 64;
 
-/// Finds the covered pixels of a row by testing each one.
-fn walk(edges: &[Edge; 3], y: i64, left: i64, right: i64) -> Option<(i64, i64)> {
-    let mut values = edges.each_ref().map(|edge| edge.at(left, y));
-    let mut first = None;
-    for x in left..=right {
-        let inside = (values[0] | values[1] | values[2]) >= 0;
-        match first {
-            None if inside => first = Some(x),
-            Some(first) if !inside => return Some((first, x - 1)),
-            _ => {}
+/// Finds the covered pixels of each row of a triangle less than [`LANES`] wide and
+/// [`MAX_LANE_ROWS`] high.
+fn cover_narrow(
+    edges: &[Edge; 3],
+    [left, top]: [i64; 2],
+    [right, bottom]: [i64; 2],
+    mut row: impl FnMut(i64, i64, i64),
+) {
+    let mut values = edges.each_ref().map(|edge| {
+        let (first, step) = (edge.at(left, top) as i32, edge.per_px[0] as i32);
+        i32x8::new(std::array::from_fn(|x| first + step * x as i32))
+    });
+    let steps = edges.each_ref().map(|edge| i32x8::splat(edge.per_px[1] as i32));
+    let within = (1 << (right - left + 1)) - 1;
+    for y in top..=bottom {
+        let outside = (values[0] | values[1] | values[2]).move_mask();
+        let inside = !outside & within;
+        if inside != 0 {
+            row(y, left + i64::from(inside.trailing_zeros()), left + i64::from(inside.ilog2()));
         }
-        for (value, edge) in values.iter_mut().zip(edges) {
-            *value += edge.per_px[0];
-        }
+        (0..3).for_each(|i| values[i] += steps[i]);
     }
-    Some((first?, right))
 }
 
 /// Finds the covered pixels of a row from the sign changes of the edge functions.
@@ -118,7 +129,7 @@ pub struct AlphaRow<'m> {
 
 impl AlphaRow<'_> {
     /// Whether pixel `x` passes the test.
-    #[inline]
+    #[inline(always)]
     pub fn covers(&self, x: i64) -> bool {
         let from_anchor = x as f32 - self.anchor;
         let at = |c: [f32; 2]| c[0] * from_anchor + c[1];
@@ -129,7 +140,7 @@ impl AlphaRow<'_> {
 
 impl AlphaMask {
     /// Whether the texel at texture coordinates (u, v) is opaque.
-    #[inline]
+    #[inline(always)]
     pub fn covers(&self, u: f32, v: f32) -> bool {
         let texel = texel(v, self.height, self.wrap[1]) * self.width + texel(u, self.width, self.wrap[0]);
         self.bits[texel as usize / 32] >> (texel % 32) & 1 == 1
@@ -137,7 +148,7 @@ impl AlphaMask {
 }
 
 /// Index along one axis of the texel at a texture coordinate, computed in `f32` as in a shader.
-#[inline]
+#[inline(always)]
 fn texel(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
     let position = coordinate * size as f32;
     // Inside the texture all wrap modes agree, and truncation rounds down.
