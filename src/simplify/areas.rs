@@ -21,21 +21,21 @@ pub struct Areas {
     seconds: Vec<u32>,
     /// Number of covered pixels over all views beyond the crown's outline.
     beyond: i64,
-    pending: Pending,
+    before: Before,
 }
 
 /// Areas of one row, one per view, in pixels. Entries beyond the last view are 0.
 pub type Row = [u32; MAX_VIEWS];
 
-/// Changes that are collected but not committed yet.
+/// Rows as they were before a step.
 #[derive(Debug, Clone)]
-struct Pending {
-    /// Rows whose areas change, each once.
+struct Before {
+    /// Rows whose areas the step changed, each once.
     rows: Vec<u32>,
     /// For each row, its index in `rows` plus one, or 0 if it is not there.
     places: Vec<u32>,
-    /// Area changes by view, for each entry of `rows`.
-    deltas: Vec<[i32; MAX_VIEWS]>,
+    /// Areas and sum of each entry of `rows`.
+    areas: Vec<(Row, u32)>,
 }
 
 impl Areas {
@@ -49,7 +49,7 @@ impl Areas {
             totals: vec![0; rows],
             seconds: vec![0; rows],
             beyond: 0,
-            pending: Pending { rows: Vec::new(), places: vec![0; rows], deltas: Vec::new() },
+            before: Before { rows: Vec::new(), places: vec![0; rows], areas: Vec::new() },
         }
     }
 
@@ -99,57 +99,49 @@ impl Areas {
         self.seconds[second as usize] += 1;
     }
 
-    /// Collects a change in view `view`. Areas stay the same until [`commit`](Self::commit); the
-    /// counts of [`seconds`](Self::seconds) and [`beyond`](Self::beyond) change at once.
-    pub fn collect(&mut self, view: usize, change: &Change) {
+    /// Begins a step: what the areas are now is what they were [before](Self::before).
+    pub fn begin_step(&mut self) {
+        self.before.rows.drain(..).for_each(|row| self.before.places[row as usize] = 0);
+        self.before.areas.clear();
+    }
+
+    /// Applies a change in view `view`.
+    pub fn apply(&mut self, view: usize, change: &Change) {
         self.seconds[change.from[1] as usize] -= change.count;
         self.seconds[change.to[1] as usize] += change.count;
         if change.from[0] != change.to[0] {
-            self.pending.add(change.from[0], view, -(change.count as i32));
-            self.pending.add(change.to[0], view, change.count as i32);
+            self.add(change.from[0], view, -(change.count as i32));
+            self.add(change.to[0], view, change.count as i32);
             self.count_beyond(change.reference, change.from[0], -i64::from(change.count));
             self.count_beyond(change.reference, change.to[0], change.count.into());
         }
     }
 
-    /// Number of rows that wait for [`commit`](Self::commit).
-    pub fn pending(&self) -> usize {
-        self.pending.rows.len()
-    }
-
-    /// Index of the `i`-th waiting row.
-    pub fn pending_row(&self, i: usize) -> usize {
-        self.pending.rows[i] as usize
-    }
-
-    /// Returns the areas that the `i`-th waiting row will have, and their sum.
-    pub fn pending_areas(&self, i: usize) -> (Row, u32) {
-        let (old, deltas) = (self.row(self.pending_row(i)), &self.pending.deltas[i]);
-        let new = std::array::from_fn(|view| old[view].wrapping_add_signed(deltas[view]));
-        (new, new.iter().sum())
-    }
-
-    /// Applies the collected changes.
-    pub fn commit(&mut self) {
-        for i in 0..self.pending() {
-            let row = self.pending_row(i);
-            let (new, total) = self.pending_areas(i);
-            (self.areas[row], self.totals[row]) = (new, total);
-            self.pending.places[row] = 0;
-        }
-        self.pending.rows.clear();
-        self.pending.deltas.clear();
-    }
-}
-
-impl Pending {
     fn add(&mut self, row: u32, view: usize, delta: i32) {
-        let place = &mut self.places[row as usize];
+        let at = row as usize;
+        let place = &mut self.before.places[at];
         if *place == 0 {
-            self.rows.push(row);
-            self.deltas.push([0; MAX_VIEWS]);
-            *place = self.rows.len() as u32;
+            self.before.rows.push(row);
+            self.before.areas.push((self.areas[at], self.totals[at]));
+            *place = self.before.rows.len() as u32;
         }
-        self.deltas[*place as usize - 1][view] += delta;
+        self.areas[at][view] = self.areas[at][view].wrapping_add_signed(delta);
+        self.totals[at] = self.totals[at].wrapping_add_signed(delta);
+    }
+
+    /// Rows whose areas the step changed.
+    pub fn changed(&self) -> impl Iterator<Item = usize> {
+        self.before.rows.iter().map(|&row| row as usize)
+    }
+
+    /// Areas of a row before the step, and their sum.
+    pub fn before(&self, row: usize) -> (&Row, u32) {
+        match self.before.places[row] {
+            0 => (&self.areas[row], self.totals[row]),
+            place => {
+                let (areas, total) = &self.before.areas[place as usize - 1];
+                (areas, *total)
+            }
+        }
     }
 }

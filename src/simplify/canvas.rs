@@ -1,8 +1,11 @@
-//! The views while leaves are pruned: the tasks of a step, done view by view by any thread.
+//! The views while leaves are pruned: the tasks of a step, done view by view by any thread, and the
+//! criterion that their changes go to, part by part.
 
 use super::{
-    change::Gain,
-    crew::{Crew, Dismissal, Lead, locked},
+    areas::Areas,
+    change::{Change, Gain},
+    crew::{Crew, Dismissal, Lead, read, written},
+    criterion::Criterion,
     enlarge::Growth,
     footprint::Footprint,
     layers::Layers,
@@ -10,7 +13,7 @@ use super::{
 };
 use std::{
     sync::{
-        Arc, Mutex, MutexGuard,
+        Arc, RwLock, RwLockReadGuard,
         atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed},
     },
     thread,
@@ -40,6 +43,15 @@ pub enum Task {
     Grow(Growth),
 }
 
+/// Job for the threads.
+#[derive(Debug, Clone)]
+enum Job {
+    /// A task; its parts are the views.
+    Views(Task),
+    /// The criterion absorbs the changes of a step in which this leaf was pruned.
+    Absorb(u32),
+}
+
 /// One view and what the last task found in it.
 #[derive(Debug)]
 pub struct CanvasView {
@@ -55,30 +67,40 @@ struct Footprints {
     new: Footprint,
 }
 
-/// All views, shared by the threads that work on them.
-#[derive(Debug)]
-pub struct Canvas {
-    views: Vec<Mutex<CanvasView>>,
+/// Everything that the threads share.
+pub struct Canvas<C: Criterion + ?Sized> {
+    views: Vec<RwLock<CanvasView>>,
+    areas: RwLock<Areas>,
+    /// Scores of the leaves.
+    pub criterion: Box<C>,
     /// Whether each leaf is pruned.
     dead: Vec<AtomicBool>,
     /// Number of pixels that the last task touched.
     touched: AtomicUsize,
     /// Number of pixels that the target covers after the last task; 0 if it grew nothing.
     grown: AtomicUsize,
-    crew: Crew<Task>,
+    crew: Crew<Job>,
 }
 
-impl Canvas {
-    /// Creates a canvas of captured views. `dead` tells which leaves they lack.
-    pub fn new(layers: Vec<Layers>, dead: &[bool]) -> Self {
-        let view = |layers| Mutex::new(CanvasView { layers, gains: Vec::new() });
+impl<C: Criterion + ?Sized> Canvas<C> {
+    /// Creates a canvas of captured views. `areas` and `criterion` must be computed from them;
+    /// `dead` tells which leaves they lack.
+    pub fn new(layers: Vec<Layers>, areas: Areas, criterion: Box<C>, dead: &[bool]) -> Self {
+        let view = |layers| RwLock::new(CanvasView { layers, gains: Vec::new() });
         Self {
             views: layers.into_iter().map(view).collect(),
+            areas: RwLock::new(areas),
+            criterion,
             dead: dead.iter().copied().map(AtomicBool::new).collect(),
             touched: AtomicUsize::new(0),
             grown: AtomicUsize::new(0),
-            crew: Crew::new(Task::Judge(None, Arc::new([]))),
+            crew: Crew::new(Job::Absorb(0)),
         }
+    }
+
+    /// Visible areas. Not to be held while a job runs.
+    pub fn areas(&self) -> RwLockReadGuard<'_, Areas> {
+        read(&self.areas)
     }
 
     /// Number of pixels, over all views, that the target covers after the last task; 0 if it grew
@@ -96,9 +118,9 @@ impl Canvas {
         sums
     }
 
-    /// Locks all views, for use between two tasks.
-    pub fn views(&self) -> Vec<MutexGuard<'_, CanvasView>> {
-        self.views.iter().map(locked).collect()
+    /// All views. Not to be held while a task runs.
+    pub fn views(&self) -> Vec<RwLockReadGuard<'_, CanvasView>> {
+        self.views.iter().map(read).collect()
     }
 
     /// Calls `work` while the other threads of the pool help with its tasks.
@@ -109,15 +131,26 @@ impl Canvas {
             for _ in 0..helpers {
                 scope.spawn(|| {
                     let mut footprints = Footprints::new(scene);
-                    self.crew.help(|task, view| self.run_view(scene, task, view, &mut footprints));
+                    self.crew.help(|job, part| self.run(scene, job, part, &mut footprints));
                 });
             }
             work()
         })
     }
 
+    fn run(&self, scene: Scene<'_>, job: &Job, part: usize, footprints: &mut Footprints) {
+        match job {
+            Job::Views(task) => self.run_view(scene, task, part, footprints),
+            Job::Absorb(pruned) => {
+                let views = self.views();
+                let changes: Vec<&[Change]> = views.iter().map(|view| &view.layers.changes[..]).collect();
+                self.criterion.absorb(part, &self.areas(), &changes, *pruned);
+            }
+        }
+    }
+
     fn run_view(&self, scene: Scene<'_>, task: &Task, view: usize, footprints: &mut Footprints) {
-        let mut on = OnView { scene, view, dead: &self.dead, state: &mut locked(&self.views[view]), footprints };
+        let mut on = OnView { scene, view, dead: &self.dead, state: &mut written(&self.views[view]), footprints };
         match task {
             Task::Step(gone, growth) => {
                 let removed = on.remove(*gone);
@@ -139,39 +172,57 @@ impl Canvas {
     }
 }
 
-/// Hands out the tasks, and does its share of them.
-pub struct Runner<'a> {
+/// Hands out the jobs, and does its share of them.
+pub struct Runner<'a, C: Criterion + ?Sized> {
     scene: Scene<'a>,
-    canvas: Arc<Canvas>,
+    canvas: Arc<Canvas<C>>,
     lead: Lead,
     footprints: Footprints,
 }
 
-impl<'a> Runner<'a> {
+impl<'a, C: Criterion + ?Sized> Runner<'a, C> {
     /// Creates a runner that works alone until the canvas [has helpers](Canvas::with_helpers).
-    pub fn new(scene: Scene<'a>, canvas: Canvas) -> Self {
+    pub fn new(scene: Scene<'a>, canvas: Canvas<C>) -> Self {
         Self { scene, canvas: Arc::new(canvas), lead: Lead::default(), footprints: Footprints::new(scene) }
     }
 
-    /// The views.
-    pub fn canvas(&self) -> &Arc<Canvas> {
+    /// What the threads share.
+    pub fn canvas(&self) -> &Arc<Canvas<C>> {
         &self.canvas
     }
 
     /// Does a task in every view.
     pub fn run(&mut self, task: Task) {
-        let Self { scene, canvas, lead, footprints } = self;
+        let canvas = &self.canvas;
         if let Task::Step(gone, _) | Task::Judge(Some(gone), _) = &task {
             canvas.dead[gone.leaf as usize].store(true, Relaxed);
         }
         canvas.grown.store(0, Relaxed);
         let is_small = canvas.touched.swap(0, Relaxed) < PARALLEL_PIXELS && !matches!(task, Task::Judge(..));
         let views = canvas.views.len();
-        let mut run = |task: &Task, view| canvas.run_view(*scene, task, view, footprints);
-        if is_small || threads() == 1 {
-            return (0..views).for_each(|view| run(&task, view));
+        self.share(Job::Views(task), views, is_small);
+    }
+
+    /// Ends a step in which `pruned` was pruned: areas and criterion take up its changes.
+    pub fn absorb(&mut self, pruned: u32) {
+        let canvas = &self.canvas;
+        let mut areas = written(&canvas.areas);
+        areas.begin_step();
+        for (view, state) in canvas.views().iter().enumerate() {
+            state.layers.changes.iter().for_each(|change| areas.apply(view, change));
         }
-        lead.share(&canvas.crew, task, views, run);
+        drop(areas);
+        let is_small = canvas.touched.load(Relaxed) < PARALLEL_PIXELS;
+        self.share(Job::Absorb(pruned), self.canvas.criterion.parts(), is_small);
+    }
+
+    fn share(&mut self, job: Job, parts: usize, is_small: bool) {
+        let Self { scene, canvas, lead, footprints } = self;
+        let mut run = |job: &Job, part| canvas.run(*scene, job, part, footprints);
+        if is_small || parts == 1 || threads() == 1 {
+            return (0..parts).for_each(|part| run(&job, part));
+        }
+        lead.share(&canvas.crew, job, parts, run);
     }
 }
 

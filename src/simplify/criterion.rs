@@ -4,11 +4,12 @@ use super::{
     appearance::{Appearance, COVERAGE},
     areas::Areas,
     change::{Change, Gain},
+    crew::locked,
     layers::Layers,
     price::{Price, Prices, STEPS},
     tournament::{Key, OUT, Tournament},
 };
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// The next leaf to prune.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,15 +25,21 @@ pub struct Choice {
 /// The choice must be exact: the leaf with the least error; among equal errors, the leaf that is
 /// directly behind the frontmost polygon in the fewest pixels; among these, the leaf with the
 /// lowest index.
-pub trait Criterion {
+pub trait Criterion: Send + Sync {
+    /// Number of parts that may [absorb](Self::absorb) a step at the same time.
+    fn parts(&self) -> usize {
+        1
+    }
+
     /// Chooses among the remaining leaves. Returns `None` if there are none.
-    fn choose(&mut self, areas: &Areas) -> Option<Choice>;
+    fn choose(&self, areas: &Areas) -> Option<Choice>;
 
     /// Excludes a leaf that was pruned before the views were captured.
-    fn retire(&mut self, leaf: u32);
+    fn retire(&self, leaf: u32);
 
-    /// Excludes leaf `pruned` and applies the step's changes, one slice per view. Commits `areas`.
-    fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32);
+    /// Excludes leaf `pruned` and applies the step's changes, one slice per view, to one of the
+    /// parts. `areas` have changed already.
+    fn absorb(&self, part: usize, areas: &Areas, changes: &[&[Change]], pruned: u32);
 }
 
 /// Tie-break for equal errors: fewest pixels directly behind the frontmost polygon, then lowest
@@ -43,13 +50,14 @@ pub(super) fn tie_break(areas: &Areas, leaf: u32) -> u64 {
 
 /// The simplest criterion: a leaf's error is its visible area in pixels, summed over the views.
 pub struct VisibleArea {
-    tournament: Tournament,
+    tournament: Mutex<Tournament>,
 }
 
 impl VisibleArea {
     /// Scores all leaves.
     pub fn new(areas: &Areas) -> Self {
-        Self { tournament: Tournament::new((0..areas.leaves as u32).map(|leaf| area_key(areas, leaf)).collect()) }
+        let keys = (0..areas.leaves as u32).map(|leaf| area_key(areas, leaf)).collect();
+        Self { tournament: Mutex::new(Tournament::new(keys)) }
     }
 }
 
@@ -58,28 +66,30 @@ fn area_key(areas: &Areas, leaf: u32) -> Key {
 }
 
 impl Criterion for VisibleArea {
-    fn choose(&mut self, _: &Areas) -> Option<Choice> {
-        let leaf = self.tournament.winner();
-        let key = self.tournament.key(leaf);
+    fn choose(&self, _: &Areas) -> Option<Choice> {
+        let tournament = locked(&self.tournament);
+        let leaf = tournament.winner();
+        let key = tournament.key(leaf);
         (key != OUT).then_some(Choice { leaf, error: key.0 as f64 })
     }
 
-    fn retire(&mut self, leaf: u32) {
-        self.tournament.set(leaf, OUT);
+    fn retire(&self, leaf: u32) {
+        locked(&self.tournament).set(leaf, OUT);
     }
 
-    fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32) {
-        self.tournament.set(pruned, OUT);
-        for (view, changes) in changes.iter().enumerate() {
-            changes.iter().for_each(|change| areas.collect(view, change));
-        }
-        areas.commit();
-        for polygon in changes.iter().copied().flatten().flat_map(|change| [change.from, change.to]).flatten() {
-            if (polygon as usize) < areas.leaves && polygon != pruned {
-                self.tournament.set(polygon, area_key(areas, polygon));
-            }
+    fn absorb(&self, _: usize, areas: &Areas, changes: &[&[Change]], pruned: u32) {
+        let mut tournament = locked(&self.tournament);
+        tournament.set(pruned, OUT);
+        for leaf in changed_leaves(areas, changes).filter(|&leaf| leaf != pruned) {
+            tournament.set(leaf, area_key(areas, leaf));
         }
     }
+}
+
+/// Leaves that are, or were, frontmost or second where something changed; some more than once.
+fn changed_leaves(areas: &Areas, changes: &[&[Change]]) -> impl Iterator<Item = u32> {
+    let polygons = changes.iter().copied().flatten().flat_map(|change| [change.from, change.to]).flatten();
+    polygons.filter(|&polygon| (polygon as usize) < areas.leaves)
 }
 
 /// Image criterion (ours): a leaf's error is how much pruning it increases the difference between
@@ -90,7 +100,12 @@ impl Criterion for VisibleArea {
 pub struct ImageLoss {
     appearance: Arc<Appearance>,
     price: Price,
-    /// Prices used in the tournament's keys, in steps.
+    scores: Mutex<Scores>,
+}
+
+/// Scores of all leaves.
+struct Scores {
+    /// Prices used in the tournament's keys.
     prices: Prices,
     /// Gain of pruning each leaf; usually negative.
     gains: Vec<Gain>,
@@ -109,57 +124,58 @@ impl ImageLoss {
                 }
             }
         }
-        let tournament = Tournament::new(vec![OUT; areas.leaves]);
-        let mut criterion = Self { appearance, price, prices: price.steps(areas), gains, tournament };
-        (0..areas.leaves as u32).for_each(|leaf| criterion.tournament.set(leaf, criterion.key(areas, leaf)));
-        criterion
+        let mut scores = Scores {
+            prices: price.steps(areas) * appearance.coverage(),
+            gains,
+            tournament: Tournament::new(vec![OUT; areas.leaves]),
+        };
+        (0..areas.leaves as u32).for_each(|leaf| scores.update(areas, leaf));
+        Self { appearance, price, scores: Mutex::new(scores) }
     }
+}
 
-    fn key(&self, areas: &Areas, leaf: u32) -> Key {
-        let score = self.gains[leaf as usize].score(self.prices * self.appearance.coverage());
-        (-score, tie_break(areas, leaf))
+impl Scores {
+    fn update(&mut self, areas: &Areas, leaf: u32) {
+        let score = self.gains[leaf as usize].score(self.prices);
+        self.tournament.set(leaf, (-score, tie_break(areas, leaf)));
     }
 }
 
 impl Criterion for ImageLoss {
-    fn choose(&mut self, _: &Areas) -> Option<Choice> {
-        let leaf = self.tournament.winner();
-        let key = self.tournament.key(leaf);
+    fn choose(&self, _: &Areas) -> Option<Choice> {
+        let tournament = &locked(&self.scores).tournament;
+        let leaf = tournament.winner();
+        let key = tournament.key(leaf);
         let unit = (COVERAGE * STEPS) as f64;
         (key != OUT).then_some(Choice { leaf, error: key.0.max(0) as f64 / unit })
     }
 
-    fn retire(&mut self, leaf: u32) {
-        self.tournament.set(leaf, OUT);
+    fn retire(&self, leaf: u32) {
+        locked(&self.scores).tournament.set(leaf, OUT);
     }
 
-    fn absorb(&mut self, areas: &mut Areas, changes: &[&[Change]], pruned: u32) {
-        self.tournament.set(pruned, OUT);
+    fn absorb(&self, _: usize, areas: &Areas, changes: &[&[Change]], pruned: u32) {
+        let scores = &mut *locked(&self.scores);
+        scores.tournament.set(pruned, OUT);
         for (view, changes) in changes.iter().enumerate() {
             let look = self.appearance.view(view);
             for change in *changes {
-                areas.collect(view, change);
                 for (pair, count) in [(change.from, -i64::from(change.count)), (change.to, change.count.into())] {
-                    if let Some(sum) = self.gains.get_mut(pair[0] as usize) {
+                    if let Some(sum) = scores.gains.get_mut(pair[0] as usize) {
                         *sum = sum.plus(look.gain(pair[0], pair[1], change.reference).times(count));
                     }
                 }
             }
         }
-        areas.commit();
-        let prices = self.price.steps(areas);
-        if self.prices != prices {
-            self.prices = prices;
-            let live = (0..areas.leaves as u32).filter(|&leaf| self.tournament.key(leaf) != OUT);
-            for leaf in live.collect::<Vec<_>>() {
-                self.tournament.set(leaf, self.key(areas, leaf));
-            }
+        let prices = self.price.steps(areas) * self.appearance.coverage();
+        if scores.prices != prices {
+            scores.prices = prices;
+            let live = (0..areas.leaves as u32).filter(|&leaf| scores.tournament.key(leaf) != OUT);
+            live.collect::<Vec<_>>().into_iter().for_each(|leaf| scores.update(areas, leaf));
             return;
         }
-        for polygon in changes.iter().copied().flatten().flat_map(|change| [change.from, change.to]).flatten() {
-            if (polygon as usize) < areas.leaves && polygon != pruned {
-                self.tournament.set(polygon, self.key(areas, polygon));
-            }
+        for leaf in changed_leaves(areas, changes).filter(|&leaf| leaf != pruned) {
+            scores.update(areas, leaf);
         }
     }
 }

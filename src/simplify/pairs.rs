@@ -54,16 +54,17 @@ impl Pair {
 }
 
 impl Pairs {
-    /// Creates an empty set of pairs for at most 32 views.
-    pub fn new(leaves: usize, views: usize) -> Self {
+    /// Creates an empty set of pairs for at most 32 views, with fronts below `fronts` and seconds
+    /// below `seconds`.
+    pub fn new(fronts: usize, seconds: usize, views: usize) -> Self {
         assert!(views <= u32::BITS as usize, "Pair::seen has one bit per view");
         Self {
             views,
             places: Vec::new(),
             counts: Vec::new(),
             free: Vec::new(),
-            of_front: vec![Vec::new(); leaves],
-            of_second: vec![Vec::new(); leaves],
+            of_front: vec![Vec::new(); fronts],
+            of_second: vec![Vec::new(); seconds],
         }
     }
 

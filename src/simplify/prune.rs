@@ -12,7 +12,6 @@ use super::{
     appearance::Appearance,
     areas::Areas,
     canvas::{Canvas, Gone, Runner, Task},
-    change::Change,
     criterion::Criterion,
     enlarge::{Enlarger, Growth, Plan},
     layers::Layers,
@@ -38,9 +37,7 @@ pub fn count_areas(layers: &[&Layers], leaves: usize) -> Areas {
 /// Prunes the leaves of a plant, one per step.
 pub struct Pruner<'a, C: Criterion + ?Sized> {
     scene: Scene<'a>,
-    runner: Runner<'a>,
-    areas: Areas,
-    criterion: Box<C>,
+    runner: Runner<'a, C>,
     enlarger: Enlarger,
     price: Price,
 }
@@ -56,16 +53,21 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         criterion: Box<C>,
         enlarger: Enlarger,
     ) -> Self {
-        let runner = Runner::new(scene, Canvas::new(layers, &enlarger.dead));
-        Self { scene, runner, areas, criterion, enlarger, price }
+        let canvas = Canvas::new(layers, areas, criterion, &enlarger.dead);
+        Self { scene, runner: Runner::new(scene, canvas), enlarger, price }
     }
 
     /// Prunes one leaf. Returns `None` if it would be the last.
     pub fn step(&mut self) -> Option<Prune> {
-        let choice = self.criterion.choose(&self.areas)?;
+        let canvas = self.runner.canvas();
+        let (choice, visible) = {
+            let areas = canvas.areas();
+            let choice = canvas.criterion.choose(&areas)?;
+            (choice, areas.total(choice.leaf as usize))
+        };
         let leaf = choice.leaf;
         let gone = Gone { leaf, scale: self.enlarger.scales[leaf as usize] };
-        let growth = match self.enlarger.prune(leaf, self.areas.total(leaf as usize))? {
+        let growth = match self.enlarger.prune(leaf, visible)? {
             Plan::Grow(growth) => {
                 self.runner.run(Task::Step(gone, growth));
                 growth
@@ -75,15 +77,14 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
         if growth.from != growth.to {
             self.enlarger.grow(growth, self.runner.canvas().grown());
         }
-        let views = self.runner.canvas().views();
-        let changes: Vec<&[Change]> = views.iter().map(|view| &view.layers.changes[..]).collect();
-        self.criterion.absorb(&mut self.areas, &changes, leaf);
+        self.runner.absorb(leaf);
         Some(Prune { leaf, target: growth.target, target_scale: growth.to, error: choice.error as f32 })
     }
 
     /// Removes a leaf and applies the growth with the highest score, if that score is positive.
     fn judged(&mut self, gone: Gone, lost_area: f64, growths: Vec<Growth>) -> Growth {
-        let prices = self.price.steps(&self.areas) * self.scene.appearance.map_or(0, Appearance::coverage);
+        let prices =
+            self.price.steps(&self.runner.canvas().areas()) * self.scene.appearance.map_or(0, Appearance::coverage);
         let (score, best) = self.best(Some(gone), growths, prices);
         let others = self.enlarger.other_growths(best.target, lost_area);
         let (score, best) = if others.is_empty() {
@@ -129,7 +130,7 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
     }
 
     fn until(&mut self, left: usize, prunes: &mut Vec<Prune>, advance: &mut impl FnMut(u64) -> bool) -> Result<()> {
-        while self.areas.leaves - prunes.len() > left {
+        while self.enlarger.dead.len() - prunes.len() > left {
             let Some(prune) = self.step() else { break };
             prunes.push(prune);
             if prunes.len().is_multiple_of(ADVANCE_STEPS) && !advance(prunes.len() as u64) {
@@ -181,14 +182,15 @@ mod tests {
         plant
     }
 
-    fn vmi(areas: &Areas, layers: &[&Layers]) -> Vmi {
-        let fronts = layers.iter().enumerate().flat_map(|(view, layers)| layers.fronts().map(move |pair| (view, pair)));
+    fn vmi<'l>(areas: &Areas, layers: &'l [&'l Layers]) -> Vmi {
+        let of_view = |(view, layers): (usize, &'l &Layers)| layers.fronts().map(move |pair| (view, pair));
+        let fronts = || layers.iter().enumerate().flat_map(of_view);
         Vmi::new(areas, u64::from(RESOLUTION).pow(2) * layers.len() as u64, true, fronts)
     }
 
     /// Front and second polygon of every pixel, drawn from scratch at the current scales.
     fn drawn_again(pruner: &Pruner<'_, Vmi>, view: usize) -> Vec<[u32; 2]> {
-        let leaves = pruner.areas.leaves as u32;
+        let leaves = pruner.enlarger.dead.len() as u32;
         let mut nearest = vec![[(u32::MAX, leaves); 2]; pruner.scene.views.pixels()];
         let mut footprint = Footprint::new(nearest.len());
         for shape in (0..=leaves).filter(|&shape| shape == leaves || !pruner.enlarger.dead[shape as usize]) {
@@ -245,13 +247,13 @@ mod tests {
             }
             let areas = count_areas(&layers, plant.leaves.len());
             let scratch = vmi(&areas, &layers);
-            assert_eq!(pruner.criterion.f(), scratch.f(), "step {steps}");
+            let kept = canvas.areas();
             for leaf in (0..plant.leaves.len()).filter(|&leaf| !pruner.enlarger.dead[leaf]) {
-                assert_eq!(pruner.areas.row(leaf), areas.row(leaf), "step {steps}, leaf {leaf}");
-                assert_eq!(pruner.areas.seconds(leaf), areas.seconds(leaf), "step {steps}, leaf {leaf}");
+                assert_eq!(kept.row(leaf), areas.row(leaf), "step {steps}, leaf {leaf}");
+                assert_eq!(kept.seconds(leaf), areas.seconds(leaf), "step {steps}, leaf {leaf}");
                 assert_eq!(pruner.enlarger.covered[leaf], covers(&pruner, leaf), "step {steps}, leaf {leaf}");
                 assert_eq!(
-                    pruner.criterion.error(&areas, leaf as u32),
+                    canvas.criterion.error(&areas, leaf as u32),
                     scratch.error(&areas, leaf as u32),
                     "step {steps}, leaf {leaf}"
                 );

@@ -167,8 +167,9 @@ impl Ranking {
         });
     }
 
-    /// Returns the leaf with the least error, and the error. `exact` computes the error of a leaf.
-    pub fn least(&mut self, exact: impl Fn(u32) -> Exact) -> Option<(u32, i64)> {
+    /// Returns the leaf with the least error, after its key: the error and what breaks ties. `exact`
+    /// computes the error of a leaf.
+    pub fn least(&mut self, exact: impl Fn(u32) -> Exact) -> Option<(Key, u32)> {
         self.near.retain(|&leaf| !self.standings[leaf as usize].is_retired);
         let mut best = (OUT, u32::MAX);
         let near = std::mem::take(&mut self.near);
@@ -197,7 +198,7 @@ impl Ranking {
                 best = best.min(self.made_exact(leaf, &exact));
             }
         }
-        (best.0 != OUT).then_some((best.1, best.0.0))
+        (best.0 != OUT).then_some(best)
     }
 
     fn lower_now(&self, leaf: u32) -> i64 {

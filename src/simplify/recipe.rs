@@ -225,7 +225,7 @@ impl Work<'_> {
         let started = Instant::now();
         observer.phase("prune", self.plant.leaves.len() as u64 - 1);
         let areas = count_areas(&layers.iter().collect::<Vec<_>>(), self.plant.leaves.len());
-        let mut criterion = self.criterion(&areas, price, &layers, pixels);
+        let criterion = self.criterion(&areas, price, &layers, pixels);
         let dead = enlarger.dead.iter().zip(0..).filter(|(dead, _)| **dead);
         dead.for_each(|(_, leaf)| criterion.retire(leaf));
         let judging = self.appearances[1].as_deref();
@@ -266,12 +266,12 @@ impl Work<'_> {
         }
     }
 
-    fn criterion(&self, areas: &Areas, price: Price, layers: &[Layers], pixels: u64) -> Box<dyn Criterion> {
+    fn criterion<'l>(&self, areas: &Areas, price: Price, layers: &'l [Layers], pixels: u64) -> Box<dyn Criterion> {
         match (self.options.criterion, &self.appearances[0]) {
             (_, Some(appearance)) => Box::new(ImageLoss::new(appearance.clone(), price, areas, layers)),
             (options::Criterion::Vmi, None) => {
-                let fronts = layers.iter().enumerate();
-                let fronts = fronts.flat_map(|(view, layers)| layers.fronts().map(move |pair| (view, pair)));
+                let of_view = |(view, layers): (usize, &'l Layers)| layers.fronts().map(move |pair| (view, pair));
+                let fronts = || layers.iter().enumerate().flat_map(of_view);
                 Box::new(Vmi::new(areas, pixels, self.options.background, fronts))
             }
             _ => Box::new(VisibleArea::new(areas)),

@@ -15,13 +15,50 @@
 
 use super::{
     areas::{Areas, Row},
+    change::Change,
     information::FixedLog,
-    pairs::Pairs,
+    pairs::{Pair, Pairs},
     ranking::BOTTOMS,
     views::MAX_VIEWS,
 };
+use std::sync::Arc;
 
-/// What a step did to the errors of leaves.
+/// One of several equal shares of the leaves.
+#[derive(Debug, Clone, Copy)]
+pub struct Share {
+    number: u32,
+    /// There are two to this power.
+    bits: u32,
+}
+
+impl Share {
+    /// Divides the leaves into two to the power of `bits` shares.
+    pub fn all(bits: u32) -> impl Iterator<Item = Self> {
+        (0..1 << bits).map(move |number| Self { number, bits })
+    }
+
+    /// Whether a leaf belongs to the share.
+    pub fn has(self, leaf: u32) -> bool {
+        leaf & ((1 << self.bits) - 1) == self.number
+    }
+
+    /// Place of one of its leaves within the share.
+    pub fn place(self, leaf: u32) -> u32 {
+        leaf >> self.bits
+    }
+
+    /// Leaf at a place within the share.
+    pub fn leaf(self, place: u32) -> u32 {
+        place << self.bits | self.number
+    }
+
+    /// Number of its leaves if there are `leaves` in all.
+    pub fn count(self, leaves: usize) -> usize {
+        (leaves + (1 << self.bits) - 1 - self.number as usize) >> self.bits
+    }
+}
+
+/// What a step did to the errors of a share's leaves, which are named by their places in it.
 #[derive(Default)]
 pub struct Moves {
     /// Leaves whose errors must be computed again, each once.
@@ -61,16 +98,18 @@ impl Moves {
     }
 }
 
-/// F of every view, and how pruning each leaf would change it.
+/// F of every view, and how pruning each leaf of a share would change it.
 pub struct Terms {
-    log: FixedLog,
+    share: Share,
+    log: Arc<FixedLog>,
     background: bool,
     /// Number of pixels of all views.
     pixels: u64,
     pairs: Pairs,
     /// Change of F(v) when leaf x is pruned, without the terms of background and wood.
     local: Vec<[i64; MAX_VIEWS]>,
-    /// F(v) of the current state, without the background's row.
+    /// F(v) of the current state, without the background's row; only if the background does not
+    /// count.
     f: [i64; MAX_VIEWS],
     /// Pixels of background and wood that leaf x would uncover in each view.
     uncovered: [Vec<Row>; BOTTOMS],
@@ -82,15 +121,23 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// Creates the terms of freshly counted `areas`. `pixels` is the number of pixels of all views;
-    /// `fronts` yields the view and the (front, second) pair of each pixel.
-    pub fn new(areas: &Areas, pixels: u64, background: bool, fronts: impl Iterator<Item = (usize, [u32; 2])>) -> Self {
-        let (leaves, views) = (areas.leaves, areas.views);
+    /// Creates the terms of a share of the leaves in freshly counted `areas`. `pixels` is the number
+    /// of pixels of all views; `fronts` yields the view and the (front, second) pair of each pixel.
+    pub fn new(
+        share: Share,
+        areas: &Areas,
+        pixels: u64,
+        background: bool,
+        fronts: impl Iterator<Item = (usize, [u32; 2])>,
+        log: Arc<FixedLog>,
+    ) -> Self {
+        let leaves = share.count(areas.leaves);
         let mut terms = Self {
-            log: FixedLog::new(pixels),
+            share,
+            log,
             background,
             pixels,
-            pairs: Pairs::new(leaves, views),
+            pairs: Pairs::new(leaves, areas.leaves, areas.views),
             local: vec![[0; MAX_VIEWS]; leaves],
             f: [0; MAX_VIEWS],
             uncovered: [vec![[0; MAX_VIEWS]; leaves], vec![[0; MAX_VIEWS]; leaves]],
@@ -101,30 +148,34 @@ impl Terms {
         for (view, pair) in fronts {
             terms.count_pair(areas, view, pair, 1);
         }
-        for row in (0..leaves).chain([areas.wood()]) {
-            terms.add_own(row, areas.row(row), areas.total(row), 1);
+        for row in (0..areas.leaves).chain([areas.wood()]) {
+            terms.add_own(areas.leaves, row, (areas.row(row), areas.total(row)), 1);
         }
         terms.add_touched_pairs(areas);
+        terms.moves.marked.clear();
         terms
     }
 
     /// Adds `sign` times a row's own term to F, and subtracts it from the change that pruning the
     /// row's leaf causes.
-    fn add_own(&mut self, row: usize, areas: &Row, total: u32, sign: i64) {
+    fn add_own(&mut self, leaves: usize, row: usize, (areas, total): (&Row, u32), sign: i64) {
+        let is_own = row < leaves && self.share.has(row as u32);
+        if self.background && !is_own {
+            return;
+        }
         let log_total = self.log.log2(total);
         for (view, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0) {
             let term = sign * i64::from(area) * (self.log.log2(area) - log_total);
             self.f[view] += term;
-            if let Some(local) = self.local.get_mut(row) {
-                local[view] -= term;
+            if is_own {
+                self.local[self.share.place(row as u32) as usize][view] -= term;
             }
         }
     }
 
     /// Adds `sign` times the pair's contribution to the change of its front leaf.
-    fn add_pair(&mut self, areas: &Areas, number: u32, sign: i64) {
-        let (pair, second) = self.pairs.get(number);
-        let (row, total) = (areas.row(second as usize), areas.total(second as usize));
+    fn add_pair(&mut self, number: u32, (row, total): (&Row, u32), sign: i64) {
+        let (pair, _) = self.pairs.get(number);
         let local = &mut self.local[pair.front as usize];
         let log_after = self.log.log2(total + pair.total);
         let log_change = sign * (self.log.log2(total) - log_after);
@@ -140,25 +191,45 @@ impl Terms {
     fn add_touched_pairs(&mut self, areas: &Areas) {
         let mut touched_pairs = std::mem::take(&mut self.touched_pairs);
         for pair in touched_pairs.drain(..) {
-            if self.pairs.get(pair).0.total == 0 {
+            let (Pair { total, .. }, second) = self.pairs.get(pair);
+            if *total == 0 {
                 self.pairs.remove(pair);
             } else {
-                self.add_pair(areas, pair, 1);
+                self.add_pair(pair, (areas.row(second as usize), areas.total(second as usize)), 1);
             }
         }
         self.touched_pairs = touched_pairs;
     }
 
-    /// Begins a step.
-    pub fn begin_step(&mut self) {
+    /// Applies a step that changed `areas`.
+    pub fn absorb(&mut self, areas: &Areas, changes: &[&[Change]]) {
         self.moves.step += 1;
+        for (view, changes) in changes.iter().enumerate() {
+            for change in *changes {
+                self.count_pair(areas, view, change.from, -(change.count as i32));
+                self.count_pair(areas, view, change.to, change.count as i32);
+            }
+        }
+        for row in areas.changed().filter(|&row| row != areas.background()) {
+            let (before, after) = (areas.before(row), (areas.row(row), areas.total(row)));
+            self.add_own(areas.leaves, row, before, -1);
+            self.add_own(areas.leaves, row, after, 1);
+            if row < areas.leaves {
+                if self.share.has(row as u32) {
+                    self.moves.mark(self.share.place(row as u32));
+                }
+                self.move_row(row as u32, before, after);
+            }
+        }
+        self.add_touched_pairs(areas);
     }
 
     /// Adds `delta` to the pixels of one view in which `second` is directly behind `front`.
-    pub fn count_pair(&mut self, areas: &Areas, view: usize, [front, second]: [u32; 2], delta: i32) {
-        if front as usize >= areas.leaves {
+    fn count_pair(&mut self, areas: &Areas, view: usize, [front, second]: [u32; 2], delta: i32) {
+        if front as usize >= areas.leaves || !self.share.has(front) {
             return;
         }
+        let front = self.share.place(front);
         self.moves.mark(front);
         match (second as usize).checked_sub(areas.leaves) {
             Some(bottom) => {
@@ -170,7 +241,7 @@ impl Terms {
             None => {
                 let pair = self.pairs.find_or_insert(front, second);
                 if self.pairs.stamp(pair, self.moves.step) {
-                    self.add_pair(areas, pair, -1);
+                    self.add_pair(pair, areas.before(second as usize), -1);
                     self.touched_pairs.push(pair);
                 }
                 self.pairs.add(pair, view, delta);
@@ -178,30 +249,12 @@ impl Terms {
         }
     }
 
-    /// Moves every row that waits in `areas` to its new areas.
-    pub fn move_rows(&mut self, areas: &Areas) {
-        for i in 0..areas.pending() {
-            let row = areas.pending_row(i);
-            if row == areas.background() {
-                continue;
-            }
-            let (new_row, new_total) = areas.pending_areas(i);
-            self.add_own(row, areas.row(row), areas.total(row), -1);
-            self.add_own(row, &new_row, new_total, 1);
-            if row < areas.leaves {
-                self.moves.mark(row as u32);
-                self.move_row(areas, row, &new_row, new_total);
-            }
-        }
-    }
-
-    /// Corrects every pair whose second leaf is the one whose row is about to change, unless the
-    /// pair's own counts change too. Records an upper bound on how far that moves the errors of the
+    /// Corrects every pair whose second leaf is the one whose row changes, unless the pair's own
+    /// counts change too. Records an upper bound on how far that moves the errors of the
     /// front leaves.
-    fn move_row(&mut self, areas: &Areas, second: usize, new_row: &Row, new_total: u32) {
-        let (old_row, old_total) = (areas.row(second), areas.total(second));
+    fn move_row(&mut self, second: u32, (old_row, old_total): (&Row, u32), (new_row, new_total): (&Row, u32)) {
         let log_before = [old_total, new_total].map(|total| self.log.log2(total));
-        for pair in self.pairs.behind_others(second as u32) {
+        for pair in self.pairs.behind_others(second) {
             if pair.stamp == self.moves.step {
                 continue;
             }
@@ -225,23 +278,18 @@ impl Terms {
         }
     }
 
-    /// Ends the step once `areas` are committed.
-    pub fn end_step(&mut self, areas: &Areas) {
-        self.add_touched_pairs(areas);
-    }
-
-    /// Number of pixels of each bottom that pruning `leaf` would uncover, where they count.
-    pub fn uncovered(&self, leaf: u32) -> [u32; BOTTOMS] {
-        let [background, wood] = [0, 1].map(|bottom| self.uncovered_totals[bottom][leaf as usize]);
+    /// Number of pixels of each bottom that pruning a leaf would uncover, where they count.
+    pub fn uncovered(&self, place: u32) -> [u32; BOTTOMS] {
+        let [background, wood] = [0, 1].map(|bottom| self.uncovered_totals[bottom][place as usize]);
         if self.background { [background, wood] } else { [0; BOTTOMS] }
     }
 
-    /// Change of F(v) in every view when `leaf` is pruned, without the background's term if the
+    /// Change of F(v) in every view when a leaf is pruned, without the background's term if the
     /// background does not count.
-    fn f_changes(&self, areas: &Areas, leaf: u32) -> [i64; MAX_VIEWS] {
-        let mut changes = self.local[leaf as usize];
+    fn f_changes(&self, areas: &Areas, place: u32) -> [i64; MAX_VIEWS] {
+        let mut changes = self.local[place as usize];
         for bottom in 0..BOTTOMS {
-            let uncovered_total = self.uncovered_totals[bottom][leaf as usize];
+            let uncovered_total = self.uncovered_totals[bottom][place as usize];
             if uncovered_total == 0 || (bottom == 0 && !self.background) {
                 continue;
             }
@@ -249,7 +297,8 @@ impl Terms {
             let total = areas.total(areas.leaves + bottom);
             let log_after = self.log.log2(total + uncovered_total);
             let log_change = self.log.log2(total) - log_after;
-            for ((change, &area), &uncovered) in changes.iter_mut().zip(row).zip(&self.uncovered[bottom][leaf as usize])
+            for ((change, &area), &uncovered) in
+                changes.iter_mut().zip(row).zip(&self.uncovered[bottom][place as usize])
             {
                 *change += i64::from(area) * log_change;
                 if uncovered > 0 {
@@ -260,17 +309,17 @@ impl Terms {
         changes
     }
 
-    /// Exact error of pruning `leaf`, in fixed point. With the background, it is multiplied by the
+    /// Exact error of pruning a leaf, in fixed point. With the background, it is multiplied by the
     /// number of pixels of a view.
-    pub fn error(&self, areas: &Areas, leaf: u32) -> i64 {
-        let changes = self.f_changes(areas, leaf);
+    pub fn error(&self, areas: &Areas, place: u32) -> i64 {
+        let changes = self.f_changes(areas, place);
         if self.background {
             return changes.iter().map(|change| change.abs()).sum();
         }
         let pixels_per_view = (self.pixels / areas.views as u64) as u32;
         let background = areas.background();
         let total = self.pixels as u32 - areas.total(background);
-        let uncovered_total = self.uncovered_totals[0][leaf as usize];
+        let uncovered_total = self.uncovered_totals[0][place as usize];
         let log_total = [total, total - uncovered_total].map(|total| self.log.log2(total));
         let information = |f: i64, covered: u32, log_total: i64| match covered {
             0 => 0,
@@ -279,7 +328,7 @@ impl Terms {
         (0..areas.views)
             .map(|view| {
                 let covered = pixels_per_view - areas.row(background)[view];
-                let uncovered = self.uncovered[0][leaf as usize][view];
+                let uncovered = self.uncovered[0][place as usize][view];
                 let before = information(self.f[view], covered, log_total[0]);
                 let after = information(self.f[view] + changes[view], covered - uncovered, log_total[1]);
                 (after - before).abs()
@@ -296,11 +345,5 @@ impl Terms {
     /// Units of an [`error`](Self::error) that are one bit times one pixel.
     pub fn unit(&self) -> f64 {
         (1_u64 << self.log.fraction_bits()) as f64
-    }
-
-    /// F(v) of every view, without the background's row.
-    #[cfg(test)]
-    pub fn f(&self) -> &[i64; MAX_VIEWS] {
-        &self.f
     }
 }
