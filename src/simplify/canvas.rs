@@ -8,6 +8,7 @@ use super::{
     criterion::Criterion,
     enlarge::Growth,
     footprint::Footprint,
+    judge::{Judge, ViewOf},
     layers::Layers,
     scene::Scene,
 };
@@ -62,9 +63,10 @@ pub struct CanvasView {
 }
 
 /// Working memory of one thread.
-struct Footprints {
+struct Memory {
     old: Footprint,
     new: Footprint,
+    judge: Judge,
 }
 
 /// Everything that the threads share.
@@ -130,17 +132,17 @@ impl<C: Criterion + ?Sized> Canvas<C> {
             let _dismissal = Dismissal(&self.crew);
             for _ in 0..helpers {
                 scope.spawn(|| {
-                    let mut footprints = Footprints::new(scene);
-                    self.crew.help(|job, part| self.run(scene, job, part, &mut footprints));
+                    let mut memory = Memory::new(scene);
+                    self.crew.help(|job, part| self.run(scene, job, part, &mut memory));
                 });
             }
             work()
         })
     }
 
-    fn run(&self, scene: Scene<'_>, job: &Job, part: usize, footprints: &mut Footprints) {
+    fn run(&self, scene: Scene<'_>, job: &Job, part: usize, memory: &mut Memory) {
         match job {
-            Job::Views(task) => self.run_view(scene, task, part, footprints),
+            Job::Views(task) => self.run_view(scene, task, part, memory),
             Job::Absorb(pruned) => {
                 let views = self.views();
                 let changes: Vec<&[Change]> = views.iter().map(|view| &view.layers.changes[..]).collect();
@@ -149,8 +151,8 @@ impl<C: Criterion + ?Sized> Canvas<C> {
         }
     }
 
-    fn run_view(&self, scene: Scene<'_>, task: &Task, view: usize, footprints: &mut Footprints) {
-        let mut on = OnView { scene, view, dead: &self.dead, state: &mut written(&self.views[view]), footprints };
+    fn run_view(&self, scene: Scene<'_>, task: &Task, view: usize, memory: &mut Memory) {
+        let mut on = OnView { scene, view, dead: &self.dead, state: &mut written(&self.views[view]), memory };
         match task {
             Task::Step(gone, growth) => {
                 let removed = on.remove(*gone);
@@ -177,13 +179,13 @@ pub struct Runner<'a, C: Criterion + ?Sized> {
     scene: Scene<'a>,
     canvas: Arc<Canvas<C>>,
     lead: Lead,
-    footprints: Footprints,
+    memory: Memory,
 }
 
 impl<'a, C: Criterion + ?Sized> Runner<'a, C> {
     /// Creates a runner that works alone until the canvas [has helpers](Canvas::with_helpers).
     pub fn new(scene: Scene<'a>, canvas: Canvas<C>) -> Self {
-        Self { scene, canvas: Arc::new(canvas), lead: Lead::default(), footprints: Footprints::new(scene) }
+        Self { scene, canvas: Arc::new(canvas), lead: Lead::default(), memory: Memory::new(scene) }
     }
 
     /// What the threads share.
@@ -217,8 +219,8 @@ impl<'a, C: Criterion + ?Sized> Runner<'a, C> {
     }
 
     fn share(&mut self, job: Job, parts: usize, is_small: bool) {
-        let Self { scene, canvas, lead, footprints } = self;
-        let mut run = |job: &Job, part| canvas.run(*scene, job, part, footprints);
+        let Self { scene, canvas, lead, memory } = self;
+        let mut run = |job: &Job, part| canvas.run(*scene, job, part, memory);
         if is_small || parts == 1 || threads() == 1 {
             return (0..parts).for_each(|part| run(&job, part));
         }
@@ -231,10 +233,11 @@ fn threads() -> usize {
     rayon::current_num_threads()
 }
 
-impl Footprints {
+impl Memory {
     fn new(scene: Scene<'_>) -> Self {
-        let footprint = Footprint::new(scene.views.pixels());
-        Self { old: footprint.clone(), new: footprint }
+        let pixels = scene.views.pixels();
+        let footprint = Footprint::new(pixels);
+        Self { old: footprint.clone(), new: footprint, judge: Judge::new(pixels) }
     }
 }
 
@@ -244,7 +247,7 @@ struct OnView<'a> {
     view: usize,
     dead: &'a [AtomicBool],
     state: &'a mut CanvasView,
-    footprints: &'a mut Footprints,
+    memory: &'a mut Memory,
 }
 
 impl OnView<'_> {
@@ -256,9 +259,9 @@ impl OnView<'_> {
         if layers.seen(leaf) == [0; 2] {
             return 0;
         }
-        self.footprints.old.outline(shapes, views, self.view, leaf, scale);
-        layers.remove(leaf, &self.footprints.old, self.dead);
-        self.footprints.old.fragments.len()
+        self.memory.old.outline(shapes, views, self.view, leaf, scale);
+        layers.remove(leaf, &self.memory.old, self.dead);
+        self.memory.old.fragments.len()
     }
 
     /// Grows a leaf and returns the number of pixels that it covers now, or 0 if nothing changed.
@@ -266,7 +269,7 @@ impl OnView<'_> {
         if from == to {
             return 0;
         }
-        let Footprints { old, new } = self.footprints;
+        let Memory { old, new, .. } = self.memory;
         old.rasterise(self.scene, self.view, target, from);
         new.rasterise(self.scene, self.view, target, to);
         self.state.layers.regrow(target, old, new, self.dead);
@@ -278,34 +281,11 @@ impl OnView<'_> {
         let CanvasView { layers, gains } = &mut *self.state;
         gains.clear();
         gains.resize(growths.len(), Gain::default());
-        let Some(appearance) = self.scene.appearance else { return };
         layers.refresh();
-        let (layers, look) = (&*layers, appearance.view(self.view));
-        let Footprints { old, new } = self.footprints;
         let (scene, view) = (self.scene, self.view);
-        let mut drawn = None;
-        for (&growth, gain) in growths.iter().zip(gains) {
-            let Growth { target, from, to } = growth;
-            if from == to || !may_show(new, scene, view, growth, layers) {
-                continue;
-            }
-            if layers.seen(target)[0] == 0 {
-                old.fragments.clear();
-                drawn = None;
-            } else if drawn.replace(target) != Some(target) {
-                old.rasterise_where(scene, view, target, from, |pixel, _| layers.shows(pixel, target));
-            }
-            let wanted = |pixel, depth| layers.would_show(pixel, depth, target);
-            new.rasterise_where(scene, view, target, to, wanted);
-            *gain = layers.gain(target, old, new, look);
+        if let (Some(appearance), Some(occlusion)) = (scene.appearance, layers.occlusion()) {
+            let on = ViewOf { scene, view, layers, occlusion, look: appearance.view(view) };
+            self.memory.judge.judge(on, growths, gains);
         }
     }
-}
-
-/// Whether a leaf could be frontmost anywhere in a view before or after a growth. Conservative: may
-/// return true for a hidden leaf.
-fn may_show(footprint: &mut Footprint, scene: Scene<'_>, view: usize, growth: Growth, layers: &Layers) -> bool {
-    [growth.from, growth.to]
-        .into_iter()
-        .any(|scale| footprint.extent(scene, view, growth.target, scale).is_none_or(|extent| !layers.hides(&extent)))
 }

@@ -2,9 +2,10 @@
 //! rasteriser and sorted by depth.
 
 use super::{
+    depth::DepthPlane,
     fragments::{AlphaTest, Coverage, FragmentSource, NO_MASK, ViewTriangles},
     layers::Layers,
-    shapes::{DepthPlane, Shapes},
+    shapes::Shapes,
     views::ViewSet,
 };
 use crate::{Error, Result};

@@ -1,7 +1,6 @@
 //! Pixels that one leaf covers in one view at one scale, with their depths.
 
 use super::{
-    occlusion::Extent,
     raster::cover,
     scene::Scene,
     shapes::Shapes,
@@ -26,20 +25,7 @@ impl Footprint {
     }
 
     /// Rasterises leaf `leaf` at `scale` in view `view`, replacing the previous footprint.
-    pub fn rasterise(&mut self, scene: Scene<'_>, view: usize, leaf: u32, scale: f32) {
-        self.rasterise_where(scene, view, leaf, scale, |_, _| true);
-    }
-
-    /// Same as [`rasterise`](Self::rasterise), but keeps only fragments for which
-    /// `wanted(pixel, depth)` returns true.
-    pub fn rasterise_where(
-        &mut self,
-        Scene { shapes, views, masks, .. }: Scene<'_>,
-        view: usize,
-        leaf: u32,
-        scale: f32,
-        wanted: impl Fn(u32, u32) -> bool,
-    ) {
+    pub fn rasterise(&mut self, Scene { shapes, views, masks, .. }: Scene<'_>, view: usize, leaf: u32, scale: f32) {
         self.fragments.clear();
         let camera = &views.views[view];
         let shape = &shapes.shapes[leaf as usize];
@@ -55,21 +41,13 @@ impl Footprint {
                 });
                 let alpha = alpha.row(masks, y);
                 for x in first..=last {
-                    let (pixel, depth) = ((y * i64::from(views.resolution) + x) as u32, depth.depth(x, y));
-                    if wanted(pixel, depth) && alpha.is_none_or(|alpha| alpha.covers(x)) {
-                        self.add(pixel, depth);
+                    if alpha.is_none_or(|alpha| alpha.covers(x)) {
+                        self.add((y * i64::from(views.resolution) + x) as u32, depth.depth(x, y));
                     }
                 }
             });
         }
         self.projected = projected;
-    }
-
-    /// Returns the bounds of leaf `leaf` at `scale` in view `view`, or `None` if part of the leaf
-    /// is closer than the near plane.
-    pub fn extent(&mut self, scene: Scene<'_>, view: usize, leaf: u32, scale: f32) -> Option<Extent> {
-        let shape = &scene.shapes.shapes[leaf as usize];
-        scene.shapes.extent(scene.views, &scene.views.views[view], shape, scale, &mut self.projected)
     }
 
     /// Lists the pixels inside the leaf's triangles instead, ignoring alpha. Includes pixels that

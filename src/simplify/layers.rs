@@ -6,13 +6,7 @@
 //! is full. Every update is recorded as [`Change`]s of (front, second) pairs, from which areas and
 //! criteria are updated.
 
-use super::{
-    appearance::ViewLook,
-    change::{Change, Gain},
-    footprint::Footprint,
-    fragments::Coverage,
-    occlusion::{Extent, Farthest},
-};
+use super::{change::Change, footprint::Footprint, fragments::Coverage, occlusion::Occlusion};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// A fragment packed into one integer that is smaller when nearer: depth in the upper half, leaf
@@ -90,8 +84,8 @@ pub struct Layers {
     /// Frontmost polygon of each pixel at full detail, or the row
     /// [`outline::beyond`](super::outline::beyond); empty if references are not kept.
     reference: Vec<u32>,
-    /// Occlusion data; `None` if references are not kept.
-    farthest: Option<Farthest>,
+    /// Depths of the frontmost fragments; `None` if references are not kept.
+    occlusion: Option<Occlusion>,
     /// Changes recorded since this list was last cleared.
     pub changes: Vec<Change>,
 }
@@ -157,7 +151,7 @@ impl Layers {
             abandoned: 0,
             leaves,
             reference: Vec::new(),
-            farthest: None,
+            occlusion: None,
             changes: Vec::new(),
         };
         for index in 0..pixels as u32 {
@@ -173,7 +167,8 @@ impl Layers {
     /// full detail, or the row [`outline::beyond`](super::outline::beyond).
     pub fn keep_reference(&mut self, full: Vec<u32>) {
         self.reference = full;
-        self.farthest = Some(Farthest::new(self.pixels.len()));
+        let depths: Vec<u32> = (0..self.pixels.len() as u32).map(|index| self.nearest(index, 0).depth()).collect();
+        self.occlusion = Some(Occlusion::new(&depths));
     }
 
     /// Returns the frontmost polygon of every pixel.
@@ -187,33 +182,19 @@ impl Layers {
         (!self.reference.is_empty()).then(|| self.reference.iter().copied().zip(self.fronts()))
     }
 
-    /// Returns the gain of changing a leaf's footprint from `old` to `new`. The footprints need
-    /// only the fragments that are frontmost now or would become frontmost.
-    pub fn gain(&self, leaf: u32, old: &Footprint, new: &Footprint, look: ViewLook<'_>) -> Gain {
-        let mut gain = Gain::default();
-        for &(index, _) in &new.fragments {
-            let [front, _] = self.pixels[index as usize].pair;
-            gain = gain.plus(look.gain(front, leaf, self.reference[index as usize]));
-        }
-        for &(index, _) in &old.fragments {
-            if new.depth_at(index).is_none() {
-                let [_, second] = self.pixels[index as usize].pair;
-                gain = gain.plus(look.gain(leaf, second, self.reference[index as usize]));
-            }
-        }
-        gain
+    /// Whether `leaf`, which is frontmost at pixel `index`, would stay so at `depth`.
+    pub fn stays_front(&self, index: u32, depth: u32, leaf: u32) -> bool {
+        Fragment::new(depth, leaf) < self.nearest(index, 1)
     }
 
-    /// Whether a fragment of `leaf` at `depth` would be frontmost at pixel `index`.
-    pub fn would_show(&self, index: u32, depth: u32, leaf: u32) -> bool {
-        let pixel = &self.pixels[index as usize];
-        let place = u32::from(pixel.pair[0] == leaf);
-        Fragment::new(depth, leaf) < self.nearest(index, place)
+    /// Frontmost polygon of a pixel and the one directly behind it.
+    pub fn pair(&self, index: u32) -> [u32; 2] {
+        self.pixels[index as usize].pair
     }
 
-    /// Whether `leaf` is frontmost at pixel `index`.
-    pub fn shows(&self, index: u32, leaf: u32) -> bool {
-        self.pixels[index as usize].pair[0] == leaf
+    /// Reference of a pixel. References must be kept.
+    pub fn reference(&self, index: u32) -> u32 {
+        self.reference[index as usize]
     }
 
     /// Numbers of pixels in which `leaf` is frontmost, and directly behind the frontmost polygon.
@@ -235,22 +216,14 @@ impl Layers {
         bottom(self.wood_depth[index as usize], self.leaves)
     }
 
-    /// Updates the occlusion data that [`hides`](Self::hides) uses.
+    /// Updates the [occlusion](Self::occlusion) data.
     pub fn refresh(&mut self) {
-        if let Some(farthest) = &mut self.farthest {
-            let depth = |pixel: usize| {
-                let Pixel { start, .. } = self.pixels[pixel];
-                let top = self.pixels[pixel].len().checked_sub(1).map(|at| self.stacks[(start + at) as usize]);
-                top.map_or(self.wood_depth[pixel], Fragment::depth)
-            };
-            farthest.refresh(depth);
-        }
+        self.occlusion.iter_mut().for_each(Occlusion::refresh);
     }
 
-    /// Whether everything within `extent` is hidden. Conservative: may return false for a hidden
-    /// extent, and always does if references are not kept.
-    pub fn hides(&self, extent: &Extent) -> bool {
-        self.farthest.as_ref().is_some_and(|farthest| farthest.hides(extent))
+    /// Depths of the frontmost fragments; `None` if references are not kept.
+    pub fn occlusion(&self) -> Option<&Occlusion> {
+        self.occlusion.as_ref()
     }
 
     /// Iterates over the (front, second) pairs of all pixels.
@@ -298,17 +271,16 @@ impl Layers {
     /// Records the change of a pixel, merging it with the previous change if both are the same.
     fn record(&mut self, index: u32, from: [u32; 2]) {
         let to = self.pixels[index as usize].pair;
+        if self.occlusion.is_some() {
+            let depth = self.nearest(index, 0).depth();
+            self.occlusion.iter_mut().for_each(|occlusion| occlusion.set(index, depth));
+        }
         if from == to {
             return;
         }
         for place in 0..2 {
             self.seen[from[place] as usize][place] -= 1;
             self.seen[to[place] as usize][place] += 1;
-        }
-        if from[0] != to[0]
-            && let Some(farthest) = &mut self.farthest
-        {
-            farthest.touch(index);
         }
         let reference = self.reference.get(index as usize).copied().unwrap_or(self.leaves);
         match self.changes.last_mut() {

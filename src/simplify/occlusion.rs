@@ -1,75 +1,77 @@
-//! Coarse occlusion test: small squares of pixels, each with the depth of its farthest frontmost
-//! fragment.
+//! Depths of the frontmost fragments of a view, for finding what a leaf would show: of each pixel,
+//! and the farthest of each small square.
+
+use super::depth::{LANES, StoredDepth};
 
 /// Side of a square in pixels.
-const SIDE: usize = 8;
+pub const SIDE: usize = LANES;
 
-/// Bounds of a leaf in a view: a rectangle of pixels and the nearest depth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Extent {
-    /// First column and row; may lie outside the view.
-    pub low: [i64; 2],
-    /// Last column and row; may lie outside the view.
-    pub high: [i64; 2],
-    /// Lower bound of the depth of any fragment.
-    pub nearest: u32,
-}
-
-/// Farthest frontmost depth of each square of a view.
+/// Frontmost depths of a view.
 #[derive(Debug)]
-pub struct Farthest {
+pub struct Occlusion {
     resolution: usize,
     /// Number of squares in a row.
     columns: usize,
-    depths: Vec<u32>,
-    /// Squares in which a frontmost fragment changed since the last refresh, each once.
+    /// Depths of each row of pixels, padded to whole squares with depth 0.
+    depths: Vec<[StoredDepth; LANES]>,
+    /// Farthest depth of each square.
+    farthest: Vec<StoredDepth>,
+    /// Squares in which a depth changed since the last refresh, each once.
     stale: Vec<u32>,
     is_stale: Vec<bool>,
 }
 
-impl Farthest {
-    /// Creates the squares of a square view of `pixels` pixels, all of them stale.
-    pub fn new(pixels: usize) -> Self {
-        let resolution = pixels.isqrt();
+impl Occlusion {
+    /// Creates the depths of a square view; `depths` holds that of each pixel.
+    pub fn new(depths: &[u32]) -> Self {
+        let resolution = depths.len().isqrt();
         let columns = resolution.div_ceil(SIDE);
         let squares = columns * columns;
-        let stale = (0..squares as u32).collect();
-        Self { resolution, columns, depths: vec![u32::MAX; squares], stale, is_stale: vec![true; squares] }
+        let mut occlusion = Self {
+            resolution,
+            columns,
+            depths: vec![[StoredDepth::new(0); LANES]; columns * resolution],
+            farthest: vec![StoredDepth::new(0); squares],
+            stale: Vec::new(),
+            is_stale: vec![false; squares],
+        };
+        depths.iter().zip(0..).for_each(|(&depth, pixel)| occlusion.set(pixel, depth));
+        occlusion
     }
 
-    /// Marks the square of a pixel whose frontmost fragment changed as stale.
-    pub fn touch(&mut self, pixel: u32) {
+    /// Changes the depth of a pixel.
+    pub fn set(&mut self, pixel: u32, depth: u32) {
         let (x, y) = (pixel as usize % self.resolution, pixel as usize / self.resolution);
-        let square = y / SIDE * self.columns + x / SIDE;
-        if !std::mem::replace(&mut self.is_stale[square], true) {
-            self.stale.push(square as u32);
+        let stored = &mut self.depths[y * self.columns + x / LANES][x % LANES];
+        if std::mem::replace(stored, StoredDepth::new(depth)) != *stored {
+            let square = y / SIDE * self.columns + x / SIDE;
+            if !std::mem::replace(&mut self.is_stale[square], true) {
+                self.stale.push(square as u32);
+            }
         }
     }
 
-    /// Updates the stale squares; `depth(pixel)` returns the depth of a pixel's frontmost fragment.
-    pub fn refresh(&mut self, depth: impl Fn(usize) -> u32) {
+    /// Updates the farthest depths.
+    pub fn refresh(&mut self) {
         for square in self.stale.drain(..) {
             let square = square as usize;
-            let (left, top) = (square % self.columns * SIDE, square / self.columns * SIDE);
+            let (column, top) = (square % self.columns, square / self.columns * SIDE);
             let rows = top..(top + SIDE).min(self.resolution);
-            let right = (left + SIDE).min(self.resolution);
-            let row_farthest = |y: usize| (left..right).map(|x| depth(y * self.resolution + x)).max();
-            self.depths[square] = rows.filter_map(row_farthest).max().unwrap_or(0);
+            let depths = rows.flat_map(|y| self.depths[y * self.columns + column]);
+            self.farthest[square] = depths.fold(StoredDepth::new(0), StoredDepth::max);
             self.is_stale[square] = false;
         }
     }
 
-    /// Whether everything within `extent` is hidden. Valid only after a refresh; conservative,
-    /// since whole squares are tested.
-    pub fn hides(&self, extent: &Extent) -> bool {
-        let last = self.resolution as i64 - 1;
-        let [left, top] = extent.low.map(|low| (low.clamp(0, last + 1) as usize) / SIDE);
-        let [right, bottom] = extent.high.map(|high| high.clamp(-1, last));
-        if right < 0 || bottom < 0 || extent.low.iter().any(|&low| low > last) {
-            return true;
-        }
-        let (right, bottom) = (right as usize / SIDE, bottom as usize / SIDE);
-        (top..=bottom).all(|y| (left..=right).all(|x| self.depths[y * self.columns + x] < extent.nearest))
+    /// Whether a fragment at `depth` is hidden wherever it lies in a square of this column and row
+    /// of squares. Valid only after a refresh.
+    pub fn hides(&self, [column, row]: [usize; 2], depth: u32) -> bool {
+        self.farthest[row * self.columns + column] < StoredDepth::new(depth)
+    }
+
+    /// Depths of the part of pixel row `y` that lies in a column of squares.
+    pub fn depths(&self, column: usize, y: usize) -> &[StoredDepth; LANES] {
+        &self.depths[y * self.columns + column]
     }
 }
 
@@ -80,28 +82,27 @@ mod tests {
 
     proptest! {
         #[test]
-        fn an_extent_is_hidden_where_every_pixel_of_its_squares_is_nearer(
+        fn a_square_hides_what_lies_behind_all_of_its_pixels(
             depths in prop::collection::vec(0..4_u32, 20 * 20),
             changes in prop::collection::vec((0..400_u32, 0..4_u32), 0..40),
-            corners in prop::array::uniform4(-12..32_i64),
-            nearest in 0..5_u32,
+            square in prop::array::uniform2(0..3_usize),
+            depth in 0..5_u32,
         ) {
             let mut depths = depths;
-            let mut farthest = Farthest::new(depths.len());
-            farthest.refresh(|pixel| depths[pixel]);
+            let mut occlusion = Occlusion::new(&depths);
+            occlusion.refresh();
             for (pixel, depth) in changes {
                 depths[pixel as usize] = depth;
-                farthest.touch(pixel);
+                occlusion.set(pixel, depth);
             }
-            farthest.refresh(|pixel| depths[pixel]);
-            let [x, other_x, y, other_y] = corners;
-            let (low, high) = ([x.min(other_x), y.min(other_y)], [x.max(other_x), y.max(other_y)]);
-            let is_in = |at: i64, axis: usize| {
-                (0..20).any(|inside: i64| inside / 8 == at / 8 && (low[axis]..=high[axis]).contains(&inside))
-            };
-            let mut within = (0..400_i64).filter(|&pixel| is_in(pixel % 20, 0) && is_in(pixel / 20, 1));
-            let expected = within.all(|pixel| depths[pixel as usize] < nearest);
-            prop_assert_eq!(farthest.hides(&Extent { low, high, nearest }), expected);
+            occlusion.refresh();
+            let is_in = |pixel: &usize| [pixel % 20 / SIDE, pixel / 20 / SIDE] == square;
+            let expected = (0..400).filter(is_in).all(|pixel| depths[pixel] < depth);
+            prop_assert_eq!(occlusion.hides(square, depth), expected);
+            for (pixel, &depth) in depths.iter().enumerate() {
+                let (x, y) = (pixel % 20, pixel / 20);
+                prop_assert_eq!(occlusion.depths(x / LANES, y)[x % LANES], StoredDepth::new(depth));
+            }
         }
     }
 }

@@ -18,34 +18,43 @@ use wide::i32x8;
 /// centre of pixel (0, 0), in either winding order.
 ///
 /// A triangle without area covers nothing.
-pub fn cover(resolution: u32, mut corners: [[i64; 2]; 3], mut row: impl FnMut(i64, i64, i64)) {
-    let [a, b, c] = corners;
-    let twice_area = twice_area(a, b, c);
-    if twice_area == 0 {
-        return;
-    }
-    if twice_area < 0 {
-        corners.swap(1, 2);
-    }
-    let last_pixel = i64::from(resolution) - 1;
-    let [a, b, c] = corners;
-    let low = [0, 1].map(|axis| a[axis].min(b[axis]).min(c[axis]));
-    let high = [0, 1].map(|axis| a[axis].max(b[axis]).max(c[axis]));
-    let [left, top] = low.map(|at| ceil_pixel(at).max(0));
-    let [right, bottom] = high.map(|at| at.div_euclid(SUBPIXEL).min(last_pixel));
-    if left > right || top > bottom {
-        return;
-    }
-    let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
-    if high[0] - low[0] < LANES * SUBPIXEL && high[1] - low[1] < MAX_LANE_ROWS * SUBPIXEL {
-        cover_narrow(&edges, [left, top], [right, bottom], row);
+pub fn cover(resolution: u32, corners: [[i64; 2]; 3], mut row: impl FnMut(i64, i64, i64)) {
+    let (Some(edges), Some([low, high])) = (edges(corners), bounds(resolution, corners)) else { return };
+    let size = [0, 1].map(|axis| {
+        let at = corners.map(|corner| corner[axis]);
+        at[0].max(at[1]).max(at[2]) - at[0].min(at[1]).min(at[2])
+    });
+    if size[0] < LANES * SUBPIXEL && size[1] < MAX_LANE_ROWS * SUBPIXEL {
+        cover_narrow(&edges, low, high, row);
     } else {
-        for y in top..=bottom {
-            if let Some((first, last)) = solve(&edges, y, left, right) {
+        for y in low[1]..=high[1] {
+            if let Some((first, last)) = solve(&edges, y, low[0], high[0]) {
                 row(y, first, last);
             }
         }
     }
+}
+
+/// Whether the triangle covers pixel (x, y).
+pub fn covers_pixel(corners: [[i64; 2]; 3], x: i64, y: i64) -> bool {
+    edges(corners).is_some_and(|edges| edges.iter().all(|edge| edge.at(x, y) >= 0))
+}
+
+/// Edges of a triangle, which lies inside all of them; `None` if it has no area.
+fn edges(corners: [[i64; 2]; 3]) -> Option<[Edge; 3]> {
+    let [a, b, c] = corners;
+    let twice_area = twice_area(a, b, c);
+    let [b, c] = if twice_area < 0 { [c, b] } else { [b, c] };
+    (twice_area != 0).then(|| [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)])
+}
+
+/// First and last pixel, as (x, y), of the smallest rectangle that holds all pixel centres within a
+/// triangle's bounds; `None` if there are none in the view.
+pub fn bounds(resolution: u32, [a, b, c]: [[i64; 2]; 3]) -> Option<[[i64; 2]; 2]> {
+    let last_pixel = i64::from(resolution) - 1;
+    let low = [0, 1].map(|axis| ceil_pixel(a[axis].min(b[axis]).min(c[axis])).max(0));
+    let high = [0, 1].map(|axis| a[axis].max(b[axis]).max(c[axis]).div_euclid(SUBPIXEL).min(last_pixel));
+    (low[0] <= high[0] && low[1] <= high[1]).then_some([low, high])
 }
 
 /// Width of triangles whose rows are tested all pixels at once, which costs less than the divisions

@@ -7,9 +7,9 @@
 //! growth therefore changes no depth and touches only new pixels.
 
 use super::{
+    depth::DepthPlane,
     fragments::{AlphaTest, NO_MASK},
     masks::Masks,
-    occlusion::Extent,
     views::{CAMERA_DISTANCE, NEAR, ScreenPoint, View, ViewSet},
 };
 use crate::{edge::SUBPIXEL, plant::Plant};
@@ -32,11 +32,6 @@ pub struct Triangle {
     /// Indices into the vertices of [`Shapes`].
     corners: [u32; 3],
     plane: u32,
-}
-
-/// Converts 1/w to steps of the 32-bit depth range, 0 nearest.
-fn depth(inv_w: f64) -> u32 {
-    ((1.0 / NEAR - inv_w) * (NEAR * f64::from(u32::MAX))) as u32
 }
 
 /// One leaf, or the wood as a whole, in unit space.
@@ -63,25 +58,6 @@ pub struct Shapes {
     uv: Vec<Vec2>,
     planes: Vec<Plane>,
     max_scale: f64,
-}
-
-/// Depth plane in screen space: 1/w at pixel (x, y) is `x * per_x + y * per_y + at_origin`, clamped
-/// to the leaf's range of depths.
-#[derive(Debug, Clone, Copy)]
-pub struct DepthPlane {
-    per_x: f64,
-    per_y: f64,
-    at_origin: f64,
-    range: [f64; 2],
-}
-
-impl DepthPlane {
-    /// Depth of a pixel in steps of the 32-bit depth range, 0 nearest.
-    pub fn depth(&self, x: i64, y: i64) -> u32 {
-        let inv_w = x as f64 * self.per_x + y as f64 * self.per_y + self.at_origin;
-        let inv_w = inv_w.max(self.range[0]).min(self.range[1]);
-        depth(inv_w)
-    }
 }
 
 impl Shapes {
@@ -167,28 +143,6 @@ impl Shapes {
         out.extend(offsets.iter().map(|&offset| views.project(view, shape.pivot + offset * scale)));
     }
 
-    /// Returns the bounds of a leaf in a view at `scale`, or `None` if part of it is closer than
-    /// [`NEAR`]. `projected` is scratch memory.
-    pub fn extent(
-        &self,
-        views: &ViewSet,
-        view: &View,
-        shape: &Shape,
-        scale: f32,
-        projected: &mut Vec<Option<ScreenPoint>>,
-    ) -> Option<Extent> {
-        self.project(views, view, shape, scale, projected);
-        let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);
-        for point in projected {
-            let at = point.as_ref().map(|point| [point.x, point.y])?;
-            low = [0, 1].map(|axis| at[axis].min(low[axis]));
-            high = [0, 1].map(|axis| at[axis].max(high[axis]));
-        }
-        let [low, high] = [low, high].map(|corner| corner.map(|at| at.div_euclid(SUBPIXEL)));
-        let [_, nearest] = self.range(view, shape);
-        Some(Extent { low, high, nearest: depth(nearest) })
-    }
-
     /// Smallest and largest 1/w of a shape at any scale up to the largest scale allowed.
     fn range(&self, view: &View, shape: &Shape) -> [f64; 2] {
         let pivot_w = CAMERA_DISTANCE - shape.pivot.dot(view.toward);
@@ -215,8 +169,7 @@ impl Shapes {
         if from_camera == 0.0 {
             return DepthPlane { per_x: 0.0, per_y: 0.0, at_origin: 1.0 / pivot_w, range };
         }
-        let (origin_x, origin_y) = views.ray(0.0, 0.0);
-        let (next_x, next_y) = views.ray(1.0, 1.0);
+        let [(origin_x, origin_y), (next_x, next_y)] = views.first_rays();
         let (along, upward) = (normal.dot(view.right), normal.dot(view.up));
         DepthPlane {
             per_x: along * (next_x - origin_x) / from_camera,

@@ -64,6 +64,7 @@ pub struct ScreenPoint {
 pub struct ViewSet {
     center: DVec3,
     inv_radius: f64,
+    first_rays: [(f64, f64); 2],
     /// Side of each view in pixels.
     pub resolution: u32,
     /// The cameras.
@@ -82,7 +83,9 @@ impl ViewSet {
         check_range("resolution", resolution, 1..=MAX_RESOLUTION)?;
         let inv_radius = if sphere.radius > 0.0 { 1.0 / sphere.radius } else { 1.0 };
         let views = solid(count)?.into_iter().map(View::looking_from).collect();
-        Ok(Self { center: sphere.center(), inv_radius, resolution, views })
+        let mut set = Self { center: sphere.center(), inv_radius, first_rays: [(0.0, 0.0); 2], resolution, views };
+        set.first_rays = [0.0, 1.0].map(|at| set.ray(at, at));
+        Ok(set)
     }
 
     /// Centre of the views, in the plant's units.
@@ -135,6 +138,11 @@ impl ViewSet {
     pub fn ray(&self, x: f64, y: f64) -> (f64, f64) {
         let half = 0.5 * f64::from(self.resolution) - 0.5;
         ((x - half) / self.pixels_per_tan(), (half - y) / self.pixels_per_tan())
+    }
+
+    /// [Rays](Self::ray) through the centres of pixels (0, 0) and (1, 1).
+    pub fn first_rays(&self) -> [(f64, f64); 2] {
+        self.first_rays
     }
 
     fn pixels_per_tan(&self) -> f64 {
