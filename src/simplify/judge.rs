@@ -8,11 +8,11 @@
 use super::{
     appearance::ViewLook,
     change::Gain,
-    depth::DepthPlane,
+    depth::{DepthPlane, StoredDepth},
     enlarge::Growth,
     fragments::AlphaTest,
     layers::Layers,
-    occlusion::{Occlusion, SIDE},
+    occlusion::{Fronts, Occlusion, SIDE},
     raster::{bounds, cover, covers_pixel},
     scene::Scene,
     shapes::Shape,
@@ -25,8 +25,8 @@ pub struct Judge {
     /// For each pixel, the last growth that was found to show there.
     stamps: Vec<u32>,
     stamp: u32,
-    /// Pixels in which the target shows now.
-    shown: Vec<u32>,
+    /// Pixels in which the target shows now, as (x, y).
+    shown: Vec<[u32; 2]>,
     triangles: Vec<ScreenTriangle>,
     projected: Vec<Option<ScreenPoint>>,
     /// Squares in the current row of squares that do not hide the triangle, from its first column.
@@ -50,7 +50,7 @@ pub struct ViewOf<'a> {
     pub view: usize,
     /// Its fragments.
     pub layers: &'a Layers,
-    /// Depths of its frontmost fragments.
+    /// Its frontmost fragments.
     pub occlusion: &'a Occlusion,
     /// Looks of the polygons in it.
     pub look: ViewLook<'a>,
@@ -71,6 +71,13 @@ impl ViewOf<'_> {
 
     fn pixel(&self, x: i64, y: i64) -> u32 {
         (y * i64::from(self.resolution()) + x) as u32
+    }
+
+    /// Frontmost polygon of a pixel, with its depth.
+    fn front(&self, x: i64, y: i64) -> (u32, StoredDepth) {
+        let (column, lane) = (x as usize / SIDE, x as usize % SIDE);
+        let Fronts { depths, polygons } = self.occlusion.fronts(column, y as usize);
+        (polygons[lane], depths[lane])
     }
 
     /// Gain of a pixel when one polygon replaces another.
@@ -132,9 +139,11 @@ impl Judge {
         for triangle in shape.triangles[0]..shape.triangles[1] {
             let Some(corners) = shapes.corners(shape, triangle, &self.projected) else { continue };
             cover(on.resolution(), corners.map(|corner| [corner.x, corner.y]), |y, first, last| {
-                let pixels = (first..=last).map(|x| on.pixel(x, y));
-                let shown = pixels.filter(|&pixel| on.layers.pair(pixel)[0] == target);
-                self.shown.extend(shown.filter(|&pixel| Self::stamps_first(&mut self.stamps, self.stamp, pixel)));
+                for x in (first..=last).filter(|&x| on.front(x, y).0 == target) {
+                    if Self::stamps_first(&mut self.stamps, self.stamp, on.pixel(x, y)) {
+                        self.shown.push([x as u32, y as u32]);
+                    }
+                }
             });
         }
     }
@@ -196,19 +205,20 @@ impl Judge {
             for column in (first / side..=last / side).filter(|column| open[(column - low[0] / side) as usize]) {
                 let left = column * side;
                 let span = (2_u32 << (last - left).min(side - 1)) - (1 << (first - left).max(0));
-                let [nearer, as_near] = depth.nearer(left, y, on.occlusion.depths(column as usize, y as usize));
+                let Fronts { depths, polygons } = on.occlusion.fronts(column as usize, y as usize);
+                let [nearer, as_near] = depth.nearer(left, y, depths);
                 let mut passed = as_near & span;
                 while passed != 0 {
                     let bit = passed.trailing_zeros();
                     passed &= passed - 1;
                     let x = left + i64::from(bit);
-                    let pixel = on.pixel(x, y);
-                    let [front, _] = on.layers.pair(pixel);
+                    let front = polygons[bit as usize];
                     // Of equally near leaves the one with the lower index is in front.
                     let is_behind = target > front && nearer >> bit & 1 == 0;
                     if front == target || is_behind || alpha.is_some_and(|alpha| !alpha.covers(x)) {
                         continue;
                     }
+                    let pixel = on.pixel(x, y);
                     if Self::stamps_first(stamps, *stamp, pixel) {
                         gain = gain.plus(on.gain(pixel, front, target));
                     }
@@ -220,16 +230,20 @@ impl Judge {
 
     /// Gain of the pixels in which the target shows now and will not show any more.
     fn no_longer_shown(&self, on: ViewOf<'_>, target: u32) -> Gain {
-        let shows = |pixel: u32| {
-            let resolution = i64::from(on.resolution());
-            let (x, y) = (i64::from(pixel) % resolution, i64::from(pixel) / resolution);
-            self.triangles.iter().any(|triangle| {
+        let mut gain = Gain::default();
+        for [x, y] in self.shown.iter().map(|at| at.map(i64::from)) {
+            let pixel = on.pixel(x, y);
+            let stays_front =
+                |depth: u32| StoredDepth::new(depth) <= on.front(x, y).1 || on.layers.stays_front(pixel, depth, target);
+            let shows = self.triangles.iter().any(|triangle| {
                 covers_pixel(triangle.corners, x, y)
-                    && on.layers.stays_front(pixel, triangle.depth.depth(x, y), target)
+                    && stays_front(triangle.depth.depth(x, y))
                     && triangle.alpha.row(on.scene.masks, y).is_none_or(|alpha| alpha.covers(x))
-            })
-        };
-        let lost = self.shown.iter().filter(|&&pixel| !shows(pixel));
-        lost.fold(Gain::default(), |sum, &pixel| sum.plus(on.gain(pixel, target, on.layers.pair(pixel)[1])))
+            });
+            if !shows {
+                gain = gain.plus(on.gain(pixel, target, on.layers.second(pixel)));
+            }
+        }
+        gain
     }
 }

@@ -84,7 +84,7 @@ pub struct Layers {
     /// Frontmost polygon of each pixel at full detail, or the row
     /// [`outline::beyond`](super::outline::beyond); empty if references are not kept.
     reference: Vec<u32>,
-    /// Depths of the frontmost fragments; `None` if references are not kept.
+    /// Frontmost fragments once more; `None` if references are not kept.
     occlusion: Option<Occlusion>,
     /// Changes recorded since this list was last cleared.
     pub changes: Vec<Change>,
@@ -167,8 +167,12 @@ impl Layers {
     /// full detail, or the row [`outline::beyond`](super::outline::beyond).
     pub fn keep_reference(&mut self, full: Vec<u32>) {
         self.reference = full;
-        let depths: Vec<u32> = (0..self.pixels.len() as u32).map(|index| self.nearest(index, 0).depth()).collect();
-        self.occlusion = Some(Occlusion::new(&depths));
+        let mut occlusion = Occlusion::new(self.pixels.len());
+        for index in 0..self.pixels.len() as u32 {
+            let front = self.nearest(index, 0);
+            occlusion.set(index, front.depth(), front.leaf());
+        }
+        self.occlusion = Some(occlusion);
     }
 
     /// Returns the frontmost polygon of every pixel.
@@ -187,9 +191,9 @@ impl Layers {
         Fragment::new(depth, leaf) < self.nearest(index, 1)
     }
 
-    /// Frontmost polygon of a pixel and the one directly behind it.
-    pub fn pair(&self, index: u32) -> [u32; 2] {
-        self.pixels[index as usize].pair
+    /// Polygon directly behind the frontmost one of a pixel.
+    pub fn second(&self, index: u32) -> u32 {
+        self.pixels[index as usize].pair[1]
     }
 
     /// Reference of a pixel. References must be kept.
@@ -221,7 +225,7 @@ impl Layers {
         self.occlusion.iter_mut().for_each(Occlusion::refresh);
     }
 
-    /// Depths of the frontmost fragments; `None` if references are not kept.
+    /// Frontmost fragments, laid out for judging; `None` if references are not kept.
     pub fn occlusion(&self) -> Option<&Occlusion> {
         self.occlusion.as_ref()
     }
@@ -272,8 +276,8 @@ impl Layers {
     fn record(&mut self, index: u32, from: [u32; 2]) {
         let to = self.pixels[index as usize].pair;
         if self.occlusion.is_some() {
-            let depth = self.nearest(index, 0).depth();
-            self.occlusion.iter_mut().for_each(|occlusion| occlusion.set(index, depth));
+            let front = self.nearest(index, 0);
+            self.occlusion.iter_mut().for_each(|occlusion| occlusion.set(index, front.depth(), front.leaf()));
         }
         if from == to {
             return;

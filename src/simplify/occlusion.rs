@@ -1,19 +1,29 @@
-//! Depths of the frontmost fragments of a view, for finding what a leaf would show: of each pixel,
-//! and the farthest of each small square.
+//! Frontmost fragments of a view, laid out for finding what a leaf would show: of eight pixels in
+//! one cache line, and the farthest depth of each small square.
 
 use super::depth::{LANES, StoredDepth};
 
 /// Side of a square in pixels.
 pub const SIDE: usize = LANES;
 
-/// Frontmost depths of a view.
+/// Frontmost fragments of part of a row of pixels.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub struct Fronts {
+    /// Depth of each pixel.
+    pub depths: [StoredDepth; LANES],
+    /// Polygon of each pixel.
+    pub polygons: [u32; LANES],
+}
+
+/// Frontmost fragments of a view.
 #[derive(Debug)]
 pub struct Occlusion {
     resolution: usize,
     /// Number of squares in a row.
     columns: usize,
-    /// Depths of each row of pixels, padded to whole squares with depth 0.
-    depths: Vec<[StoredDepth; LANES]>,
+    /// Each row of pixels, padded to whole squares with depth 0.
+    fronts: Vec<Fronts>,
     /// Farthest depth of each square.
     farthest: Vec<StoredDepth>,
     /// Squares in which a depth changed since the last refresh, each once.
@@ -22,27 +32,28 @@ pub struct Occlusion {
 }
 
 impl Occlusion {
-    /// Creates the depths of a square view; `depths` holds that of each pixel.
-    pub fn new(depths: &[u32]) -> Self {
-        let resolution = depths.len().isqrt();
+    /// Creates the fronts of a square view of `pixels` pixels, to be [set](Self::set) one by one.
+    pub fn new(pixels: usize) -> Self {
+        let resolution = pixels.isqrt();
         let columns = resolution.div_ceil(SIDE);
         let squares = columns * columns;
-        let mut occlusion = Self {
+        let none = Fronts { depths: [StoredDepth::new(0); LANES], polygons: [0; LANES] };
+        Self {
             resolution,
             columns,
-            depths: vec![[StoredDepth::new(0); LANES]; columns * resolution],
+            fronts: vec![none; columns * resolution],
             farthest: vec![StoredDepth::new(0); squares],
             stale: Vec::new(),
             is_stale: vec![false; squares],
-        };
-        depths.iter().zip(0..).for_each(|(&depth, pixel)| occlusion.set(pixel, depth));
-        occlusion
+        }
     }
 
-    /// Changes the depth of a pixel.
-    pub fn set(&mut self, pixel: u32, depth: u32) {
+    /// Changes the frontmost fragment of a pixel.
+    pub fn set(&mut self, pixel: u32, depth: u32, polygon: u32) {
         let (x, y) = (pixel as usize % self.resolution, pixel as usize / self.resolution);
-        let stored = &mut self.depths[y * self.columns + x / LANES][x % LANES];
+        let fronts = &mut self.fronts[y * self.columns + x / LANES];
+        fronts.polygons[x % LANES] = polygon;
+        let stored = &mut fronts.depths[x % LANES];
         if std::mem::replace(stored, StoredDepth::new(depth)) != *stored {
             let square = y / SIDE * self.columns + x / SIDE;
             if !std::mem::replace(&mut self.is_stale[square], true) {
@@ -57,7 +68,7 @@ impl Occlusion {
             let square = square as usize;
             let (column, top) = (square % self.columns, square / self.columns * SIDE);
             let rows = top..(top + SIDE).min(self.resolution);
-            let depths = rows.flat_map(|y| self.depths[y * self.columns + column]);
+            let depths = rows.flat_map(|y| self.fronts[y * self.columns + column].depths);
             self.farthest[square] = depths.fold(StoredDepth::new(0), StoredDepth::max);
             self.is_stale[square] = false;
         }
@@ -69,9 +80,9 @@ impl Occlusion {
         self.farthest[row * self.columns + column] < StoredDepth::new(depth)
     }
 
-    /// Depths of the part of pixel row `y` that lies in a column of squares.
-    pub fn depths(&self, column: usize, y: usize) -> &[StoredDepth; LANES] {
-        &self.depths[y * self.columns + column]
+    /// Part of pixel row `y` that lies in a column of squares.
+    pub fn fronts(&self, column: usize, y: usize) -> &Fronts {
+        &self.fronts[y * self.columns + column]
     }
 }
 
@@ -89,11 +100,12 @@ mod tests {
             depth in 0..5_u32,
         ) {
             let mut depths = depths;
-            let mut occlusion = Occlusion::new(&depths);
+            let mut occlusion = Occlusion::new(depths.len());
+            depths.iter().zip(0..).for_each(|(&depth, pixel)| occlusion.set(pixel, depth, depth));
             occlusion.refresh();
             for (pixel, depth) in changes {
                 depths[pixel as usize] = depth;
-                occlusion.set(pixel, depth);
+                occlusion.set(pixel, depth, depth);
             }
             occlusion.refresh();
             let is_in = |pixel: &usize| [pixel % 20 / SIDE, pixel / 20 / SIDE] == square;
@@ -101,7 +113,8 @@ mod tests {
             prop_assert_eq!(occlusion.hides(square, depth), expected);
             for (pixel, &depth) in depths.iter().enumerate() {
                 let (x, y) = (pixel % 20, pixel / 20);
-                prop_assert_eq!(occlusion.depths(x / LANES, y)[x % LANES], StoredDepth::new(depth));
+                let Fronts { depths, polygons } = occlusion.fronts(x / LANES, y);
+                prop_assert_eq!((depths[x % LANES], polygons[x % LANES]), (StoredDepth::new(depth), depth));
             }
         }
     }

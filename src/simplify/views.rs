@@ -125,7 +125,7 @@ impl ViewSet {
         }
         let pixels_per_tan = self.pixels_per_tan();
         let half = 0.5 * f64::from(self.resolution) - 0.5;
-        let snap = |offset: f64| (offset * SUBPIXEL as f64).round_ties_even() as i64;
+        let snap = |offset: f64| round_ties_even(offset * SUBPIXEL as f64) as i64;
         Some(ScreenPoint {
             x: snap(half + unit.dot(view.right) / w * pixels_per_tan),
             y: snap(half - unit.dot(view.up) / w * pixels_per_tan),
@@ -148,6 +148,13 @@ impl ViewSet {
     fn pixels_per_tan(&self) -> f64 {
         0.5 * f64::from(self.resolution) / HALF_FOV_TAN
     }
+}
+
+/// Rounds half to even. Twice as fast as the method of that name where the processor has no
+/// instruction for it; correct below 2^51, far above any position.
+fn round_ties_even(value: f64) -> f64 {
+    const WHOLE: f64 = 1.5 * (1_u64 << 52) as f64;
+    (value + WHOLE) - WHOLE
 }
 
 impl View {
