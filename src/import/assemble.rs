@@ -20,6 +20,7 @@ use crate::{
     plant::{MAX_LEAVES, Wood, WoodPart, canonical},
 };
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 
 /// One leaf, in canonical form, before it is added to the plant.
@@ -174,10 +175,10 @@ fn size(leaf: &Leaf) -> f64 {
 }
 
 fn push_all(plant: &mut Plant, leaves: Vec<Leaf>, wood: WoodBuilder) {
-    let sizes: Vec<f64> = leaves.iter().map(size).collect();
     let surface = WoodSurface::new(wood.triangles().filter(|_| !leaves.is_empty()));
-    for (leaf, size) in leaves.iter().zip(sizes) {
-        let pivot = pivot::pivot(&leaf.vertices, &leaf.indices, size, &surface);
+    let pivot = |leaf: &Leaf| pivot::pivot(&leaf.vertices, &leaf.indices, size(leaf), &surface);
+    let pivots: Vec<[f32; 3]> = leaves.par_iter().map(pivot).collect();
+    for (leaf, pivot) in leaves.iter().zip(pivots) {
         plant.push_leaf(&leaf.vertices, &leaf.indices, pivot, leaf.material as u32);
     }
     plant.wood = wood.finish();

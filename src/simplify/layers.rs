@@ -66,7 +66,7 @@ impl Pixel {
 }
 
 /// Wood depth of a pixel without wood; the background lies behind everything.
-const NO_WOOD: u32 = u32::MAX;
+pub const NO_WOOD: u32 = u32::MAX;
 
 /// Fragments of one view.
 #[derive(Debug)]
@@ -99,14 +99,15 @@ const LEAST_CAPACITY: u32 = 4;
 const GROWTH: f64 = 0.125;
 
 impl Layers {
-    /// Sorts captured coverage into the fragments of each pixel.
+    /// Sorts captured coverage into the fragments of each pixel. `wood_depth` holds the depth of
+    /// the wood that is not captured, or [`NO_WOOD`], for each pixel.
     ///
     /// `depth(coverage)` returns the depth of an entry and `leaf_of(triangle)` the leaf of a
     /// triangle, or `leaves + 1` for the wood, where `leaves` is the length of `covered`. Fragments
     /// behind the wood are dropped, since nothing ever uncovers them. Adds the number of pixels
     /// that each leaf covers, including pixels behind the wood, to its entry in `covered`.
     pub fn new(
-        pixels: usize,
+        mut wood_depth: Vec<u32>,
         coverage: &[Coverage],
         depth: impl Fn(Coverage) -> u32,
         leaf_of: impl Fn(u32) -> u32,
@@ -114,7 +115,7 @@ impl Layers {
     ) -> Self {
         let leaves = covered.len() as u32;
         let wood_row = leaves + 1;
-        let mut wood_depth = vec![NO_WOOD; pixels];
+        let pixels = wood_depth.len();
         let mut starts = vec![0_u32; pixels + 1];
         for entry in coverage {
             if leaf_of(entry.triangle) == wood_row {
@@ -177,7 +178,7 @@ impl Layers {
 
     /// Returns the frontmost polygon of every pixel.
     pub fn front_rows(&self) -> Vec<u32> {
-        self.pixels.iter().map(|pixel| pixel.pair[0]).collect()
+        self.fronts().map(|[front, _]| front).collect()
     }
 
     /// Iterates over the reference and the (front, second) pair of every pixel. Returns `None` if
@@ -392,6 +393,22 @@ impl Layers {
         self.stacks = packed;
         self.abandoned = 0;
     }
+}
+
+/// Returns the row of the frontmost polygon of each pixel, and the depth of the nearest wood or
+/// [`NO_WOOD`]. `fragments` yields pixels, depths and rows: `leaves + 1` for the wood.
+pub fn fronts(pixels: usize, fragments: impl Iterator<Item = (u32, u32, u32)>, leaves: u32) -> [Vec<u32>; 2] {
+    let mut fronts = vec![bottom(NO_WOOD, leaves); pixels];
+    let mut wood_depth = vec![NO_WOOD; pixels];
+    for (pixel, depth, row) in fragments {
+        let front = &mut fronts[pixel as usize];
+        *front = Fragment::new(depth, row).min(*front);
+        if row == leaves + 1 {
+            let nearest = &mut wood_depth[pixel as usize];
+            *nearest = depth.min(*nearest);
+        }
+    }
+    [fronts.into_iter().map(Fragment::leaf).collect(), wood_depth]
 }
 
 /// Whether a fragment's leaf is pruned. `dead` may be empty if no leaf is.

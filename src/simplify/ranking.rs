@@ -167,8 +167,8 @@ impl Ranking {
         });
     }
 
-    /// Returns the leaf with the least error, after its key: the error and what breaks ties. `exact`
-    /// computes the error of a leaf.
+    /// Returns the leaf with the least error, after its key: the error and what breaks ties.
+    /// `exact` computes the error of a leaf.
     pub fn least(&mut self, exact: impl Fn(u32) -> Exact) -> Option<(Key, u32)> {
         self.near.retain(|&leaf| !self.standings[leaf as usize].is_retired);
         let mut best = (OUT, u32::MAX);

@@ -3,7 +3,7 @@
 use super::{
     appearance::Appearance,
     areas::Areas,
-    capture::{Captured, capture, capture_at, cover_views},
+    capture::{Captured, Shown, capture, capture_leaves, capture_shown, cover_views},
     criterion::{Criterion, ImageLoss, VisibleArea},
     enlarge::Enlarger,
     fragments::FragmentSource,
@@ -23,6 +23,7 @@ use crate::{
     Error, Plant, Result,
     model::{FoliageModel, Prune, Recipe},
 };
+use rayon::prelude::*;
 use std::{sync::Arc, time::Instant};
 
 /// Receives the progress of a simplification and may stop it.
@@ -205,20 +206,20 @@ impl Work<'_> {
     ) -> Result<()> {
         let started = Instant::now();
         observer.phase("fragments", views.views.len() as u64);
-        let full = capture(self.shapes, views, source, |done| observer.advance(done))?;
-        done.fragments += full.fragments;
         let pixels = views.pixels() as u64 * views.views.len() as u64;
         let background = self.plant.leaves.len() as u32;
-        let fronts = full.layers.iter().flat_map(Layers::fronts);
-        let price = Price::new(pixels, fronts.filter(|front| front[0] == background).count() as u64);
-        let references: Vec<Vec<u32>> = match self.appearances {
+        let (enlarger, mut layers, fronts, fragments) =
+            self.shown(done.enlarger.take(), views, source, |done| observer.advance(done))?;
+        done.fragments += fragments;
+        let open = fronts.iter().flatten().filter(|&&front| front == background).count();
+        let price = Price::new(pixels, open as u64);
+        let references = match self.appearances {
             [None, None] => Vec::new(),
             _ => {
                 let side = views.resolution as usize;
-                full.layers.iter().map(|layers| outline::marked(layers.front_rows(), background, side)).collect()
+                fronts.into_par_iter().map(|fronts| outline::marked(fronts, background, side)).collect()
             }
         };
-        let (enlarger, mut layers) = self.shown(done.enlarger.take(), full, views, source)?;
         layers.iter_mut().zip(references).for_each(|(layers, reference)| layers.keep_reference(reference));
         done.seconds.fragments += started.elapsed().as_secs_f64();
 
@@ -238,24 +239,26 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Returns the remaining leaves and their layers in `views`. In the first part they are all
-    /// leaves, as captured in `full`.
+    /// Returns the remaining leaves and their layers in `views`, and of the full plant the
+    /// frontmost polygons and the number of fragments. In the first part all leaves remain.
     fn shown(
         &self,
         enlarger: Option<Enlarger>,
-        full: Captured,
         views: &ViewSet,
         source: &mut dyn FragmentSource,
-    ) -> Result<(Enlarger, Vec<Layers>)> {
+        advance: impl FnMut(u64) -> bool,
+    ) -> Result<(Enlarger, Vec<Layers>, Vec<Vec<u32>>, u64)> {
         let Some(mut enlarger) = enlarger else {
             let SimplifyOptions { compensate, max_scale, .. } = *self.options;
-            return Ok((Enlarger::new(self.plant, full.covered, compensate, max_scale), full.layers));
+            let Captured { layers, covered, fragments } = capture(self.shapes, views, source, advance)?;
+            let fronts = layers.iter().map(Layers::front_rows).collect();
+            return Ok((Enlarger::new(self.plant, covered, compensate, max_scale), layers, fronts, fragments));
         };
-        drop(full);
+        let Shown { fronts, wood_depths, fragments } = capture_shown(self.shapes, views, source, advance)?;
         let scale = |leaf: usize| (!enlarger.dead[leaf]).then_some(enlarger.scales[leaf]);
-        let Captured { layers, covered, .. } = capture_at(self.shapes, views, scale, source, |_| true)?;
+        let Captured { layers, covered, .. } = capture_leaves(self.shapes, views, scale, &wood_depths, source)?;
         enlarger.covered = covered;
-        Ok((enlarger, layers))
+        Ok((enlarger, layers, fronts, fragments))
     }
 
     /// Converts errors in pixels to pixels of the first part's resolution.

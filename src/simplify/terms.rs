@@ -121,8 +121,9 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// Creates the terms of a share of the leaves in freshly counted `areas`. `pixels` is the number
-    /// of pixels of all views; `fronts` yields the view and the (front, second) pair of each pixel.
+    /// Creates the terms of a share of the leaves in freshly counted `areas`. `pixels` is the
+    /// number of pixels of all views; `fronts` yields the view and the (front, second) pair of each
+    /// pixel.
     pub fn new(
         share: Share,
         areas: &Areas,
