@@ -28,13 +28,13 @@ pub(super) fn encode(vector: [f32; 3], bits: u8) -> [i32; 2] {
 
 /// The unit vector with these codes; codes that are too large are clamped.
 pub(super) fn decode(codes: [i32; 2], bits: u8) -> [f32; 3] {
-    let most = most(bits);
-    let [x, y] = codes.map(|code| (f64::from(code) / most).clamp(-1.0, 1.0));
+    let step = 1.0 / most(bits);
+    let [x, y] = codes.map(|code| (f64::from(code) * step).clamp(-1.0, 1.0));
     let z = 1.0 - x.abs() - y.abs();
     let [x, y] = if z < 0.0 { [fold(y, x), fold(x, y)] } else { [x, y] };
-    let length = (x * x + y * y + z * z).sqrt();
+    let scale = 1.0 / (x * x + y * y + z * z).sqrt();
     // Adding 0 makes -0 positive.
-    [x, y, z].map(|coordinate| (coordinate / length) as f32 + 0.0)
+    [x, y, z].map(|coordinate| (coordinate * scale) as f32 + 0.0)
 }
 
 /// Distance of `other` from the edge of the square, on the side of `along`.

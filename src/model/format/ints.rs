@@ -49,11 +49,16 @@ impl Ints<'_> {
         let mut scored: Vec<(u64, (u32, bool))> = steps.map(|step| (cost(sample, step), step)).collect();
         scored.sort_unstable();
         let tried = scored.iter().take(TRIED).map(|&(_, step)| step);
-        let encoded = std::iter::once((0, false)).chain(tried).map(|step| Self::encode_by(values, step));
-        encoded.min_by_key(|ints| ints.stream.stored_bytes()).expect("three were tried")
+        let tried = std::iter::once((0, false)).chain(tried);
+        let best = tried.min_by_key(|&step| Self::encode_by(values, step, Stream::quickly).stream.stored_bytes());
+        Self::encode_by(values, best.unwrap_or_default(), Stream::deflated)
     }
 
-    fn encode_by(values: &[u32], (lag, sloped): (u32, bool)) -> Ints<'static> {
+    fn encode_by(
+        values: &[u32],
+        (lag, sloped): (u32, bool),
+        stream: impl Fn(Vec<u8>) -> Stream<'static>,
+    ) -> Ints<'static> {
         let base = match lag {
             0 => values.iter().map(|&value| value as i32).min().unwrap_or_default() as u32,
             _ => values.first().copied().unwrap_or_default(),
@@ -61,7 +66,7 @@ impl Ints<'_> {
         let differences: Vec<u32> = differences(values, base, lag, sloped).collect();
         let most = differences.iter().copied().max().unwrap_or_default();
         let planes = (4 - most.leading_zeros() / 8) as u8;
-        Ints { base, lag, sloped, planes, stream: Stream::deflated(planes_of(&differences, planes)) }
+        Ints { base, lag, sloped, planes, stream: stream(planes_of(&differences, planes)) }
     }
 
     /// Decodes a column of `count` elements. Allocates at most 8 bytes for each.
@@ -79,9 +84,14 @@ impl Ints<'_> {
             values.iter_mut().for_each(|value| *value = value.wrapping_add(self.base));
             return Ok(values);
         }
-        for i in 0..count {
-            let predicted = prediction(&values, i, self.base, self.lag as usize, self.sloped);
-            values[i] = unzigzag(values[i]).wrapping_add(predicted);
+        let lag = self.lag as usize;
+        for i in 0..count.min(lag.saturating_add(1)) {
+            values[i] = unzigzag(values[i]).wrapping_add(prediction(&values, i, self.base, lag, self.sloped));
+        }
+        for i in lag.saturating_add(1)..count {
+            // As `prediction`, without its cases.
+            let step = if self.sloped { values[i - 1].wrapping_sub(values[i - lag - 1]) } else { 0 };
+            values[i] = unzigzag(values[i]).wrapping_add(values[i - lag]).wrapping_add(step);
         }
         Ok(values)
     }
@@ -148,7 +158,11 @@ mod tests {
                 assert_eq!(Ints::encode(&values, packing).decode(values.len()).unwrap(), values);
             }
             for step in (0..12).flat_map(|lag| [(lag, false), (lag, lag > 0)]) {
-                assert_eq!(Ints::encode_by(&values, step).decode(values.len()).unwrap(), values, "{step:?}");
+                assert_eq!(
+                    Ints::encode_by(&values, step, Stream::deflated).decode(values.len()).unwrap(),
+                    values,
+                    "{step:?}"
+                );
             }
         }
     }

@@ -69,6 +69,7 @@ impl Form {
     }
 
     /// Integers of an element; those beyond its columns are unused.
+    #[inline]
     fn codes(self, [x, y, z, w]: [f32; 4]) -> [u32; 4] {
         match self {
             Self::Bits => [x, y, z, w].map(f32::to_bits),
@@ -80,10 +81,12 @@ impl Form {
         }
     }
 
+    #[inline]
     fn predicted(self, prediction: Option<[f32; 4]>) -> [u32; 4] {
         prediction.map_or([0; 4], |prediction| self.codes(prediction))
     }
 
+    #[inline]
     fn numbers(self, codes: [u32; 4]) -> [f32; 4] {
         match self {
             Self::Bits => codes.map(f32::from_bits),
@@ -142,12 +145,37 @@ pub(super) struct Codes {
 
 impl Codes {
     /// Element `i`, given its prediction if it has one.
+    #[inline]
     pub(super) fn element(&self, i: usize, predicted: Option<[f32; 4]>) -> [f32; 4] {
-        let mut codes = self.form.predicted(predicted);
+        self.element_by(self.form, i, predicted)
+    }
+
+    /// Calls `put` with every element; `predicted` predicts it.
+    pub(super) fn each(
+        &self,
+        count: usize,
+        predicted: impl Fn(usize) -> Option<[f32; 4]>,
+        mut put: impl FnMut(usize, [f32; 4]),
+    ) {
+        // One loop for each form, so that none decides it for every element.
+        match self.form {
+            Form::Bits => (0..count).for_each(|i| put(i, self.element_by(Form::Bits, i, predicted(i)))),
+            Form::Grid { exponent } => {
+                (0..count).for_each(|i| put(i, self.element_by(Form::Grid { exponent }, i, predicted(i))));
+            }
+            Form::Octahedral { bits } => {
+                (0..count).for_each(|i| put(i, self.element_by(Form::Octahedral { bits }, i, predicted(i))));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn element_by(&self, form: Form, i: usize, predicted: Option<[f32; 4]>) -> [f32; 4] {
+        let mut codes = form.predicted(predicted);
         for (code, column) in codes.iter_mut().zip(&self.columns) {
             *code = code.wrapping_add(column[i]);
         }
-        self.form.numbers(codes)
+        form.numbers(codes)
     }
 }
 

@@ -47,26 +47,15 @@ impl Vertices<'_> {
     /// Decodes as many vertices as `vertices` holds; `near` is that of the encoder.
     pub(super) fn decode(&self, vertices: &mut [Vertex], near: impl Fn(usize) -> Option<[f32; 3]>) -> Decoded<()> {
         let count = vertices.len();
-        let codes = self.positions.decode([count, 3])?;
-        for (i, vertex) in vertices.iter_mut().enumerate() {
-            let [x, y, z, _] = codes.element(i, near(i).map(padded));
-            vertex.position = [x, y, z];
-        }
-        let codes = self.normals.decode([count, 3])?;
-        for (i, vertex) in vertices.iter_mut().enumerate() {
-            let [x, y, z, _] = codes.element(i, None);
-            vertex.normal = [x, y, z];
-        }
-        let codes = self.uvs.decode([count, 2])?;
-        for (i, vertex) in vertices.iter_mut().enumerate() {
-            let [u, v, ..] = codes.element(i, None);
-            vertex.uv = [u, v];
-        }
-        let [colors, alphas] = [self.colors.decode([count, 3])?, self.alphas.decode([count, 1])?];
-        for (i, vertex) in vertices.iter_mut().enumerate() {
-            let [r, g, b, _] = colors.element(i, None);
-            vertex.color = [r, g, b, alphas.element(i, None)[0]];
-        }
+        let positions = self.positions.decode([count, 3])?;
+        positions.each(count, |i| near(i).map(padded), |i, [x, y, z, _]| vertices[i].position = [x, y, z]);
+        drop(positions);
+        let normals = self.normals.decode([count, 3])?;
+        normals.each(count, |_| None, |i, [x, y, z, _]| vertices[i].normal = [x, y, z]);
+        drop(normals);
+        self.uvs.decode([count, 2])?.each(count, |_| None, |i, [u, v, ..]| vertices[i].uv = [u, v]);
+        self.colors.decode([count, 3])?.each(count, |_| None, |i, color| vertices[i].color = color);
+        self.alphas.decode([count, 1])?.each(count, |_| None, |i, [alpha, ..]| vertices[i].color[3] = alpha);
         Ok(())
     }
 }
