@@ -44,8 +44,8 @@ fn fold(other: f64, along: f64) -> f64 {
 
 /// Largest angle in radians between a vector and the one that its codes decode to.
 pub(super) fn largest_error(bits: u8) -> f32 {
-    // Half a step along both coordinates, where the octahedron is seen at the flattest angle: its
-    // faces are 1 / sqrt(3) away, and lengths on the square grow by sqrt(3 / 2) on them.
+    // Half a step along both coordinates. Lengths on the square grow by at most sqrt(3) on a face
+    // of the octahedron, and by sqrt(3) from there to the sphere.
     (std::f64::consts::SQRT_2 * 0.5 / most(bits) * 3.0) as f32
 }
 

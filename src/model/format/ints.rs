@@ -44,6 +44,9 @@ impl Ints<'_> {
             let stream = Stream::raw(planes_of(values, 4).into());
             return Ints { base: 0, lag: 0, sloped: false, planes: 4, stream };
         }
+        if values.iter().all(|value| Some(value) == values.first()) {
+            return Self::encode_by(values, (0, false), Stream::deflated);
+        }
         let sample = &values[..values.len().min(SAMPLE)];
         let steps = (1..MAX_LAG.min(values.len() as u32)).flat_map(|lag| [(lag, false), (lag, true)]);
         let mut scored: Vec<(u64, (u32, bool))> = steps.map(|step| (cost(sample, step), step)).collect();

@@ -39,7 +39,7 @@ pub(super) const SECTIONS: [(Tag, &str); 5] = [
 ];
 
 /// Memory that a file may take when it is read: so many bytes, and so many per byte of the file.
-const MEMORY: [u64; 2] = [32_000_000, 48];
+const MEMORY: [u64; 2] = [8_000_000, 48];
 
 #[derive(Serialize, Deserialize)]
 struct About {

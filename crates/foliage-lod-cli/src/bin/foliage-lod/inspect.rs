@@ -173,14 +173,14 @@ fn tell_storage(file: &ModelFile) -> Result<(), Failure> {
 fn precision_line(precision: &Precision) -> String {
     let Precision { position, normal_rad, uv, color } = *precision;
     let numbers = [
-        ("positions", position, ""),
-        ("normals", normal_rad.to_degrees(), " degrees"),
-        ("texture coordinates", uv, ""),
-        ("colours", color, ""),
+        ("positions", position, format!("{position:.1e}")),
+        ("normals", normal_rad, format!("{:.2} degrees", normal_rad.to_degrees())),
+        ("texture coordinates", uv, format!("{uv:.1e}")),
+        ("colours", color, format!("{color:.1e}")),
     ];
-    let of = |(what, error, unit): (&str, f32, &str)| match error {
+    let of = |(what, error, told): (&str, f32, String)| match error {
         0.0 => format!("{what} exact"),
-        _ => format!("{what} within {error:.1e}{unit}"),
+        _ => format!("{what} within {told}"),
     };
     numbers.map(of).join(", ")
 }
