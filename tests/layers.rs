@@ -36,7 +36,7 @@ const WITHIN_LAYER: [(&str, &str); 2] = [
 /// Crates that only some files may name, and the paths of these files.
 const ONLY_IN: [(&str, &[&str]); 3] = [
     ("obvhs", &["import/pivot.rs", "simplify/neighbours", "scene/"]),
-    ("bincode", &["model/format.rs"]),
+    ("bincode", &["model/format/records.rs"]),
     ("wgpu", &["gpu/"]),
 ];
 

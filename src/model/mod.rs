@@ -8,11 +8,15 @@
 
 mod assemble;
 pub(crate) mod format;
+mod grid;
+mod octahedral;
+mod quantize;
 mod timeline;
 mod validate;
 
 pub use assemble::Prune;
-pub use format::{MAGIC, MAX_FILE_BYTES, VERSION};
+pub use format::{MAGIC, MAX_FILE_BYTES, ModelFile, Part, VERSION};
+pub use quantize::Precision;
 pub use timeline::{Timeline, Transition};
 
 use crate::{
@@ -114,6 +118,8 @@ pub struct FoliageModel {
     pub recipe: Recipe,
     /// Largest linear scale at which any leaf is drawn; at least 1.
     pub max_scale: f32,
+    /// How far the numbers may be from those of the plant that was simplified.
+    pub precision: Precision,
 }
 
 impl Deref for FoliageModel {

@@ -7,3 +7,5 @@ pub mod models;
 pub mod naive;
 mod naive_raster;
 pub mod plants;
+pub mod version1;
+pub mod version2;

@@ -143,14 +143,56 @@ fn json_of_every_subcommand_has_its_keys_and_agrees() {
     assert_eq!(simplified["model_bytes"], bytes);
     let model = json(&run(&folder, &["inspect", "t.vds", "--json"]));
     assert_eq!((&model["kind"], &model["leaves"]), (&"model".into(), &150.into()));
-    for key in ["leaf_triangles", "wood_triangles", "materials", "bounds"] {
+    for key in ["leaf_triangles", "wood_triangles", "materials"] {
         assert_eq!(model[key], plant[key], "{key}");
     }
+    let sum: u64 = model["bytes"].as_object().unwrap().values().map(|bytes| bytes.as_u64().unwrap()).sum();
+    assert_eq!((sum, &model["version"], &model["skipped"]), (bytes, &2.into(), &serde_json::json!({})));
+    assert!(model["precision"]["position"].as_f64().unwrap() > 0.0 && model["precision"] == simplified["precision"]);
+    let exact = json(&run(&folder, &[&arguments[..], &["--exact"]].concat()));
+    let exact_model = json(&run(&folder, &["inspect", "t.vds", "--json"]));
+    assert!(exact["model_bytes"].as_u64() > simplified["model_bytes"].as_u64());
+    assert_eq!((&exact_model["bounds"], &exact_model["precision"]["position"]), (&plant["bounds"], &0.0.into()));
     let rendered =
         json(&run(&folder, &["render", "t.vds", "-o", "t.png", "--size", "64x48", "--lod", "0.5", "--json"]));
     assert_has_keys(&rendered, &["instances", "draws", "effects", "seconds"]);
     assert_eq!(rendered["leaves_drawn"], 75);
     assert_eq!(names(&folder), ["t.glb", "t.png", "t.vds"]);
+}
+
+/// Adds a section with a tag of its own to a model's file: `flags` is 1 if it is required.
+fn add_section(path: &Path, flags: u32) {
+    let file = fs::read(path).unwrap();
+    let count = u32::from_le_bytes(file[12..16].try_into().unwrap());
+    let (entries, sections) = file[20..].split_at(28 * count as usize);
+    let mut table = Vec::new();
+    for entry in entries.chunks(28) {
+        let start = u64::from_le_bytes(entry[8..16].try_into().unwrap()) + 28;
+        table.extend([&entry[..8], &start.to_le_bytes(), &entry[16..]].concat());
+    }
+    table.extend([&b"FARI"[..], &flags.to_le_bytes(), &(file.len() as u64 + 28).to_le_bytes()].concat());
+    table.extend([&4_u64.to_le_bytes()[..], &crc32fast::hash(b"1234").to_le_bytes()].concat());
+    let head = [&file[8..12], &(count + 1).to_le_bytes()].concat();
+    let crc = crc32fast::hash(&[&head[..], &table].concat()).to_le_bytes();
+    fs::write(path, [&file[..8], &head, &crc, &table, sections, b"1234"].concat()).unwrap();
+}
+
+#[test]
+fn sections_that_are_not_known_give_a_warning_or_an_error() {
+    let folder = folder_with_model();
+    let path = folder.path().join("a.vds");
+    let whole = fs::read(&path).unwrap();
+    add_section(&path, 0);
+    let arguments = ["render", "a.vds", "-o", "a.png", "--size", "32x32", "--raster", "cpu"];
+    let rendered = run(&folder, &arguments);
+    assert!(rendered.status.success());
+    let warning = String::from_utf8(rendered.stderr).unwrap();
+    assert!(warning.contains("warning: section FARI (4 bytes)"), "{warning}");
+    let told = stdout(&run(&folder, &["inspect", "a.vds"]));
+    assert!(told.contains("FARI 4 B") && told.contains("leaf vertices") && told.contains("positions within"), "{told}");
+    fs::write(&path, whole).unwrap();
+    add_section(&path, 1);
+    assert!(error_line(&run(&folder, &arguments), 1).contains("section FARI"));
 }
 
 /// Creates a temporary folder that holds `a.vds`, the model of a birch with 200 leaves.

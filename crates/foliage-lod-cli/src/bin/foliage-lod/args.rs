@@ -129,6 +129,9 @@ pub struct Simplify {
     /// used in a scene's LOD policy `sizes`.
     #[arg(long, value_name = "MEASURE=BOUND@PIXELS")]
     pub target: Vec<String>,
+    /// Keep every bit of positions, normals, texture coordinates and colours: twice the file.
+    #[arg(long)]
+    pub exact: bool,
     #[command(flatten)]
     pub import: Import,
     /// Processor that captures the fragments; auto uses a hardware GPU if there is one.

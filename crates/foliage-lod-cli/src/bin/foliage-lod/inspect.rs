@@ -15,10 +15,10 @@ use foliage_lod::{
     file,
     import::{self, Finding, Imported},
     material::Material,
-    model::MAGIC,
+    model::{MAGIC, ModelFile, Part, Precision},
 };
-use indicatif::HumanCount;
-use serde_json::{Value, json};
+use indicatif::{DecimalBytes, HumanCount};
+use serde_json::{Map, Value, json};
 use std::{collections::BTreeMap, io::Read, path::Path};
 
 /// Percentages of the leaves at which the error curve is printed.
@@ -30,8 +30,8 @@ pub fn run(args: &args::Inspect) -> Result<(), Failure> {
         return inspect_scene(args);
     }
     if is_model(&args.file) {
-        let model = FoliageModel::read(&args.file)?;
-        return if args.json { output::line(model_json(&model)) } else { tell_model(&model) };
+        let file = ModelFile::read(&args.file)?;
+        return if args.json { output::line(model_json(&file)) } else { tell_model(&file) };
     }
     let imported = spinning("reading", || import::inspect(&args.file, &args.import.options()))?;
     if args.json { output::line(plant_json(&imported)) } else { tell_plant(&imported, args.all) }
@@ -132,7 +132,9 @@ fn line_of(parts: &[&Finding]) -> (usize, String) {
     (triangles, line)
 }
 
-fn tell_model(model: &FoliageModel) -> Result<(), Failure> {
+fn tell_model(file: &ModelFile) -> Result<(), Failure> {
+    output::skipped_lines(file).try_for_each(output::line)?;
+    let model = &file.model;
     let leaves = model.leaves.len();
     tell_counts("model", &model.name, leaves, model.leaf_triangles(), model.wood.triangles())?;
     let recipe = &model.recipe;
@@ -146,6 +148,7 @@ fn tell_model(model: &FoliageModel) -> Result<(), Failure> {
         recipe.resolution
     ))?;
     output::line(format_args!("invariants: all hold; largest scale {}", model.max_scale))?;
+    tell_storage(file)?;
     material_lines(&model.materials).iter().try_for_each(output::line)?;
     tell_bounds(model.aabb(), model.sphere())?;
     output::line("leaves kept  error so far  largest scale")?;
@@ -153,6 +156,33 @@ fn tell_model(model: &FoliageModel) -> Result<(), Failure> {
         output::line(format_args!("{leaves:>7} {percent:>3} %  {error:>12.6}  {scale:>13.3}"))?;
     }
     Ok(())
+}
+
+/// Prints the bytes of the file by part, and how exact its numbers are.
+fn tell_storage(file: &ModelFile) -> Result<(), Failure> {
+    let bytes = |bytes: f64| DecimalBytes(bytes.round() as u64);
+    let total: u64 = file.parts.iter().chain(&file.skipped).map(|part| part.bytes).sum();
+    let part = |Part { name, bytes }: &Part| format!("{} {}", name.replace('_', " "), DecimalBytes(*bytes));
+    let parts: Vec<String> = file.parts.iter().chain(&file.skipped).map(part).collect();
+    let a_leaf = bytes(total as f64 / file.model.leaves.len().max(1) as f64);
+    let size = DecimalBytes(total);
+    output::line(format_args!("file: version {}, {size}, {a_leaf} a leaf: {}", file.version, parts.join(", ")))?;
+    output::line(format_args!("precision: {}", precision_line(&file.model.precision)))
+}
+
+fn precision_line(precision: &Precision) -> String {
+    let Precision { position, normal_rad, uv, color } = *precision;
+    let numbers = [
+        ("positions", position, format!("{position:.1e}")),
+        ("normals", normal_rad, format!("{:.2} degrees", normal_rad.to_degrees())),
+        ("texture coordinates", uv, format!("{uv:.1e}")),
+        ("colours", color, format!("{color:.1e}")),
+    ];
+    let of = |(what, error, told): (&str, f32, String)| match error {
+        0.0 => format!("{what} exact"),
+        _ => format!("{what} within {told}"),
+    };
+    numbers.map(of).join(", ")
 }
 
 fn tell_counts(
@@ -210,7 +240,10 @@ fn plant_json(Imported { plant, origin, findings, warnings }: &Imported) -> Valu
     })
 }
 
-fn model_json(model: &FoliageModel) -> Value {
+fn model_json(file: &ModelFile) -> Value {
+    let model = &file.model;
+    let bytes_by =
+        |parts: &[Part]| parts.iter().map(|part| (part.name.clone(), json!(part.bytes))).collect::<Map<_, _>>();
     let point =
         |p: CurvePoint| json!({ "percent": p.percent, "leaves": p.leaves, "error": p.error, "largest_scale": p.scale });
     let curve: Vec<Value> = curve(model).into_iter().map(point).collect();
@@ -224,6 +257,10 @@ fn model_json(model: &FoliageModel) -> Value {
         "bounds": bounds_json(model.aabb(), model.sphere()),
         "enlarged_bounds": bounds_json(model.enlarged_aabb(), model.enlarged_sphere()),
         "max_scale": model.max_scale,
+        "version": file.version,
+        "bytes": bytes_by(&file.parts),
+        "skipped": bytes_by(&file.skipped),
+        "precision": output::precision_json(&model.precision),
         "error_curve": curve,
     });
     merged(recipe_json(&model.recipe), about)

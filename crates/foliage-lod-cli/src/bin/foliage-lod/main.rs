@@ -9,6 +9,7 @@ mod failure;
 mod grow;
 mod inspect;
 mod interrupt;
+mod models;
 mod names;
 #[cfg(feature = "viewer")]
 mod orbit;

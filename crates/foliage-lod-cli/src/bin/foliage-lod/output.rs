@@ -1,7 +1,11 @@
 //! Output on stdout: a line per step, or one JSON object at the end.
 
 use crate::failure::{Failure, with_flags};
-use foliage_lod::{Error, import::Warning, model::Recipe};
+use foliage_lod::{
+    Error,
+    import::Warning,
+    model::{ModelFile, Part, Precision, Recipe},
+};
 use serde_json::{Value, json};
 use std::{
     fmt::Display,
@@ -71,6 +75,20 @@ pub fn recipe_json(recipe: &Recipe) -> Value {
         "raster": recipe.raster,
         "adapter": recipe.adapter,
     })
+}
+
+/// Largest errors of a model's numbers as a JSON object.
+pub fn precision_json(precision: &Precision) -> Value {
+    let Precision { position, normal_rad, uv, color } = precision;
+    json!({ "position": position, "normal_rad": normal_rad, "uv": uv, "color": color })
+}
+
+/// Lines of the warnings about sections of a model's file that were skipped.
+pub fn skipped_lines(file: &ModelFile) -> impl Iterator<Item = String> {
+    let line = |Part { name, bytes }: &Part| {
+        format!("warning: section {name} ({bytes} bytes) is not known and was skipped; a newer version reads it")
+    };
+    file.skipped.iter().map(line)
 }
 
 /// Warnings of an import as a JSON array.

@@ -29,9 +29,10 @@ pub fn run() -> Result<(), Failure> {
     let [leaves, wood] = [plant.leaves.len(), plant.wood.triangles()].map(|count| HumanCount(count as u64));
     steps.done("grow", format!("{SPECIES}: {leaves} leaves, {wood} wood triangles"))?;
     let options = SimplifyOptions::default();
-    let (Simplified { model, fragments, .. }, rasteriser) = simplified(Raster::Auto, &plant, &options)?;
+    let (Simplified { mut model, fragments, .. }, rasteriser) = simplified(Raster::Auto, &plant, &options)?;
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", HumanCount(fragments)))?;
+    model.quantize();
     let bytes = model.to_bytes()?;
     write_whole(&model_path, &bytes)?;
     steps.done("write", format!("{}, {}", model_path.display(), DecimalBytes(bytes.len() as u64)))?;

@@ -4,6 +4,7 @@ use crate::{
     args::{self, FadeRule, Method},
     drawing,
     failure::Failure,
+    models,
     output::{self, Steps},
     pictures,
     planting::Planting,
@@ -35,7 +36,7 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
         let staging = opened.staging(args.seconds, args.size, args.method == Method::Full);
         return finish(args, &staging, all, &mut steps);
     }
-    let model = FoliageModel::read(&args.model)?;
+    let model = models::read(&args.model)?;
     let planting = planting(args, &model)?;
     let look = Look { effects: effects(args), ..Look::default() };
     steps.done("read", format!("{}: {} leaves", model.name, HumanCount(model.leaves.len() as u64)))?;

@@ -1,6 +1,7 @@
 //! Opens scenes: loads or grows their models and stages their frames.
 
 use crate::{
+    models,
     output::Steps,
     pictures::DIRECTION,
     progress::{Bars, spinning},
@@ -189,7 +190,7 @@ impl Opened {
 
 fn load(source: &ModelSource, folder: &Path) -> Result<FoliageModel> {
     if let Some(file) = &source.file {
-        return FoliageModel::read(folder.join(file));
+        return models::read(folder.join(file));
     }
     let name = source.species.as_deref().unwrap_or_default();
     let is_file = Path::new(name).extension().is_some();

@@ -36,9 +36,12 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     warnings.iter().for_each(|warning| complain(output::warning_line(warning)));
     let import_seconds =
         steps.done("read", format!("{}: {} leaves", plant.name, HumanCount(plant.leaves.len() as u64)))?;
-    let (Simplified { model, fragments, seconds }, rasteriser) = simplified(args.raster, &plant, &options)?;
+    let (Simplified { mut model, fragments, seconds }, rasteriser) = simplified(args.raster, &plant, &options)?;
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", HumanCount(fragments)))?;
+    if !args.exact {
+        model.quantize();
+    }
     let bytes = model.to_bytes()?;
     file::write_whole(&args.output, &bytes)?;
     let size = DecimalBytes(bytes.len() as u64);
@@ -68,6 +71,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
             "warnings": output::warnings_json(&warnings),
             "peak_bytes": peak_bytes(),
             "model_bytes": bytes.len(),
+            "precision": output::precision_json(&model.precision),
         });
         output::line(output::merged(output::recipe_json(&model.recipe), about))?;
     }

@@ -1,6 +1,6 @@
 //! `foliage-lod view MODEL`: shows a model in a window.
 
-use crate::{args, failure::Failure, orbit, scene, view_scene};
+use crate::{args, failure::Failure, models, orbit, scene, view_scene};
 use foliage_lod::{
     FoliageModel, FoliageRenderer, Instance, Look, LookAt, Result, Swap,
     bounds::Sphere,
@@ -31,7 +31,7 @@ pub fn run(args: &args::View) -> std::result::Result<(), Failure> {
     if scene::is_toml(&args.model) {
         return view_scene::run(args);
     }
-    let model = FoliageModel::read(&args.model)?;
+    let model = models::read(&args.model)?;
     let title = format!("{} - foliage-lod", args.model.display());
     window::open(
         &title,

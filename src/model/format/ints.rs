@@ -1,0 +1,192 @@
+//! Columns of integers: differences to an earlier element, split into byte planes.
+//!
+//! An element is predicted from the one `lag` before it, or with `sloped` from that one and the
+//! step that the previous element made against its own: `v[i-1] + v[i-lag] - v[i-lag-1]`, which
+//! suits rings of vertices. The differences are stored lowest byte first, one plane of bytes after
+//! another, with as many planes as the largest of them needs.
+
+use super::{fault::Decoded, stream::Stream};
+use serde::{Deserialize, Serialize};
+
+/// Lags that are tried for any column: rings and triangles of up to this many elements.
+const MAX_LAG: u32 = 40;
+/// Number of elements that decide which predictions are tried in full.
+const SAMPLE: usize = 1 << 14;
+/// Predictions that are tried in full, besides none.
+const TRIED: usize = 2;
+
+/// Whether columns are packed, or stored with all their bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Packing {
+    /// As small as possible.
+    Tight,
+    /// Nothing is left out, so that the file accounts for the memory that reading it takes.
+    Loose,
+}
+
+/// A column of 32-bit integers; all arithmetic wraps.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Ints<'a> {
+    /// Prediction of the elements that have no earlier one.
+    base: u32,
+    /// Distance to the element that predicts; 0 for the base alone.
+    lag: u32,
+    sloped: bool,
+    /// Bytes per element, 0 to 4.
+    planes: u8,
+    #[serde(borrow)]
+    stream: Stream<'a>,
+}
+
+impl Ints<'_> {
+    pub(super) fn encode(values: &[u32], packing: Packing) -> Ints<'static> {
+        if packing == Packing::Loose {
+            let stream = Stream::raw(planes_of(values, 4).into());
+            return Ints { base: 0, lag: 0, sloped: false, planes: 4, stream };
+        }
+        if values.iter().all(|value| Some(value) == values.first()) {
+            return Self::encode_by(values, (0, false), Stream::deflated);
+        }
+        let sample = &values[..values.len().min(SAMPLE)];
+        let steps = (1..MAX_LAG.min(values.len() as u32)).flat_map(|lag| [(lag, false), (lag, true)]);
+        let mut scored: Vec<(u64, (u32, bool))> = steps.map(|step| (cost(sample, step), step)).collect();
+        scored.sort_unstable();
+        let tried = scored.iter().take(TRIED).map(|&(_, step)| step);
+        let tried = std::iter::once((0, false)).chain(tried);
+        let best = tried.min_by_key(|&step| Self::encode_by(values, step, Stream::quickly).stream.stored_bytes());
+        Self::encode_by(values, best.unwrap_or_default(), Stream::deflated)
+    }
+
+    fn encode_by(
+        values: &[u32],
+        (lag, sloped): (u32, bool),
+        stream: impl Fn(Vec<u8>) -> Stream<'static>,
+    ) -> Ints<'static> {
+        let base = match lag {
+            0 => values.iter().map(|&value| value as i32).min().unwrap_or_default() as u32,
+            _ => values.first().copied().unwrap_or_default(),
+        };
+        let differences: Vec<u32> = differences(values, base, lag, sloped).collect();
+        let most = differences.iter().copied().max().unwrap_or_default();
+        let planes = (4 - most.leading_zeros() / 8) as u8;
+        Ints { base, lag, sloped, planes, stream: stream(planes_of(&differences, planes)) }
+    }
+
+    /// Decodes a column of `count` elements. Allocates at most 8 bytes for each.
+    pub(super) fn decode(&self, count: usize) -> Decoded<Vec<u32>> {
+        if self.planes > 4 {
+            return Err(format!("a column of {} byte planes", self.planes));
+        }
+        let bytes = self.stream.unpack(count * usize::from(self.planes))?;
+        let mut values = vec![0_u32; count];
+        for (plane, bytes) in bytes.chunks_exact(count.max(1)).enumerate() {
+            values.iter_mut().zip(bytes).for_each(|(value, &byte)| *value |= u32::from(byte) << (8 * plane));
+        }
+        drop(bytes);
+        if self.lag == 0 {
+            values.iter_mut().for_each(|value| *value = value.wrapping_add(self.base));
+            return Ok(values);
+        }
+        let lag = self.lag as usize;
+        for i in 0..count.min(lag.saturating_add(1)) {
+            values[i] = unzigzag(values[i]).wrapping_add(prediction(&values, i, self.base, lag, self.sloped));
+        }
+        for i in lag.saturating_add(1)..count {
+            // As `prediction`, without its cases.
+            let step = if self.sloped { values[i - 1].wrapping_sub(values[i - lag - 1]) } else { 0 };
+            values[i] = unzigzag(values[i]).wrapping_add(values[i - lag]).wrapping_add(step);
+        }
+        Ok(values)
+    }
+}
+
+/// Differences of the elements to their predictions, small ones as small numbers.
+fn differences(values: &[u32], base: u32, lag: u32, sloped: bool) -> impl Iterator<Item = u32> {
+    values.iter().enumerate().map(move |(i, value)| {
+        let difference = value.wrapping_sub(prediction(values, i, base, lag as usize, sloped));
+        if lag == 0 { difference } else { zigzag(difference) }
+    })
+}
+
+/// Prediction of element `i` from those before it.
+#[inline]
+fn prediction(values: &[u32], i: usize, base: u32, lag: usize, sloped: bool) -> u32 {
+    match lag {
+        _ if i == 0 || lag == 0 => base,
+        _ if i < lag => values[i - 1],
+        _ if sloped && i > lag => values[i - 1].wrapping_add(values[i - lag]).wrapping_sub(values[i - lag - 1]),
+        _ => values[i - lag],
+    }
+}
+
+/// Bits that the differences take, roughly.
+fn cost(values: &[u32], (lag, sloped): (u32, bool)) -> u64 {
+    let base = values.first().copied().unwrap_or_default();
+    differences(values, base, lag, sloped).map(|difference| u64::from(32 - difference.leading_zeros())).sum()
+}
+
+fn zigzag(value: u32) -> u32 {
+    (value << 1) ^ ((value as i32 >> 31) as u32)
+}
+
+fn unzigzag(value: u32) -> u32 {
+    (value >> 1) ^ (value & 1).wrapping_neg()
+}
+
+fn planes_of(values: &[u32], planes: u8) -> Vec<u8> {
+    (0..planes).flat_map(|plane| values.iter().map(move |value| (value >> (8 * plane)) as u8)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples() -> Vec<Vec<u32>> {
+        let noise = |i: u32| i.wrapping_mul(2_654_435_761).rotate_left(7);
+        vec![
+            vec![],
+            vec![u32::MAX],
+            vec![5; 1000],
+            (0..1000).map(noise).collect(),
+            (0..1000).map(|i| 70_000 + i / 4 + noise(i) % 3).collect(),
+            (0..1000).map(|i| if i % 100 == 0 { noise(i) } else { i }).collect(),
+            (0..999).map(|i: u32| (i / 3).wrapping_sub(5)).collect(),
+        ]
+    }
+
+    #[test]
+    fn columns_come_back_whatever_they_hold() {
+        for values in samples() {
+            for packing in [Packing::Tight, Packing::Loose] {
+                assert_eq!(Ints::encode(&values, packing).decode(values.len()).unwrap(), values);
+            }
+            for step in (0..12).flat_map(|lag| [(lag, false), (lag, lag > 0)]) {
+                assert_eq!(
+                    Ints::encode_by(&values, step, Stream::deflated).decode(values.len()).unwrap(),
+                    values,
+                    "{step:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn equal_elements_take_no_bytes_and_regular_ones_hardly_any() {
+        let sizes = samples()
+            .iter()
+            .map(|values| Ints::encode(values, Packing::Tight).stream.stored_bytes())
+            .collect::<Vec<_>>();
+        assert_eq!(sizes[..3], [0; 3]);
+        assert!(sizes[6] < 40, "{sizes:?}");
+    }
+
+    #[test]
+    fn wrong_numbers_of_elements_and_planes_are_refused() {
+        let mut ints = Ints::encode(&[1, 2, 300], Packing::Loose);
+        assert!(ints.decode(2).is_err() && ints.decode(4).is_err());
+        ints.planes = 5;
+        assert!(ints.decode(3).is_err());
+        let hostile = Ints { lag: u32::MAX, sloped: true, ..Ints::encode(&[1, 2, 3], Packing::Tight) };
+        assert!(hostile.decode(3).is_ok());
+    }
+}
