@@ -77,8 +77,6 @@ pub struct Layers {
     wood_depth: Vec<u32>,
     /// For each polygon, the number of pixels in which it is frontmost, and directly behind.
     seen: Vec<[u32; 2]>,
-    /// Number of slots abandoned by stacks that moved to grow.
-    abandoned: usize,
     /// Number of leaves, which is also the background's row; the wood's row is the next.
     leaves: u32,
     /// Frontmost polygon of each pixel at full detail, or the row
@@ -90,13 +88,9 @@ pub struct Layers {
     pub changes: Vec<Change>,
 }
 
-/// Fraction of abandoned slots above which all stacks are repacked.
-const MAX_ABANDONED: f64 = 0.25;
-/// Smallest capacity of a stack that has grown.
-const LEAST_CAPACITY: u32 = 4;
-/// Fraction by which the memory of all stacks grows when they need more. A vector's own way, which
-/// is to double, would make it the largest part of the peak memory.
-const GROWTH: f64 = 0.125;
+/// Free slots behind all stacks, as a fraction of the fragments, once the stacks are packed. With
+/// more, they are packed less often and take more memory.
+const SPARE: f64 = 0.125;
 
 impl Layers {
     /// Sorts captured coverage into the fragments of each pixel. `wood_depth` holds the depth of
@@ -149,7 +143,6 @@ impl Layers {
             stacks,
             wood_depth,
             seen: vec![[0; 2]; leaves as usize + 2],
-            abandoned: 0,
             leaves,
             reference: Vec::new(),
             occlusion: None,
@@ -268,9 +261,6 @@ impl Layers {
                 self.record(index, from);
             }
         }
-        if self.abandoned as f64 > self.stacks.len() as f64 * MAX_ABANDONED {
-            self.pack(dead);
-        }
     }
 
     /// Records the change of a pixel, merging it with the previous change if both are the same.
@@ -351,8 +341,8 @@ impl Layers {
         }
     }
 
-    /// Drops the dead fragments of a full stack; if there are none, moves the stack to twice the
-    /// capacity.
+    /// Drops the dead fragments of a full stack; if there are none, moves the stack to where it has
+    /// room for some more.
     fn make_room(&mut self, index: u32, dead: &[AtomicBool]) {
         let pixel = &mut self.pixels[index as usize];
         let len = pixel.len();
@@ -365,33 +355,44 @@ impl Layers {
             }
         }
         pixel.set_len((kept - slots.start) as u32);
-        if pixel.room() == 0 {
-            let capacity = (len * 2).clamp(LEAST_CAPACITY, len + MAX_ROOM);
-            self.abandoned += len as usize;
-            pixel.start = self.stacks.len() as u32;
-            pixel.set(len, capacity - len);
-            let all = self.stacks.len() + capacity as usize;
-            if all > self.stacks.capacity() {
-                let more = (self.stacks.len() as f64 * GROWTH) as usize;
-                self.stacks.reserve_exact(more.max(capacity as usize));
-            }
-            self.stacks.extend_from_within(slots);
-            self.stacks.resize(all, Fragment::default());
+        if pixel.room() > 0 {
+            return;
         }
+        let room = (len / 4 + 2).min(MAX_ROOM);
+        let needed = (len + room) as usize;
+        if self.stacks.capacity() - self.stacks.len() < needed {
+            self.pack(needed, dead);
+        }
+        let pixel = &mut self.pixels[index as usize];
+        let slots = pixel.start as usize..(pixel.start + len) as usize;
+        pixel.start = self.stacks.len() as u32;
+        pixel.set(len, room);
+        self.stacks.extend_from_within(slots);
+        self.stacks.resize(self.stacks.len() + room as usize, Fragment::default());
     }
 
-    /// Repacks all stacks without gaps or dead fragments.
-    fn pack(&mut self, dead: &[AtomicBool]) {
-        let mut packed = Vec::with_capacity(self.stacks.len() - self.abandoned);
-        for pixel in &mut self.pixels {
-            let start = packed.len();
+    /// Repacks all stacks without gaps or dead fragments, with at least `spare` free slots behind
+    /// them.
+    fn pack(&mut self, spare: usize, dead: &[AtomicBool]) {
+        let live = |pixel: &Pixel| {
             let stack = &self.stacks[pixel.start as usize..][..pixel.len() as usize];
-            packed.extend(stack.iter().filter(|fragment| !is_dead(dead, **fragment)));
-            pixel.start = start as u32;
-            pixel.set((packed.len() - start) as u32, 0);
+            stack.iter().filter(|fragment| !is_dead(dead, **fragment))
+        };
+        let count: usize = self.pixels.iter().map(|pixel| live(pixel).count()).sum();
+        let mut packed = Vec::with_capacity(count + spare.max((count as f64 * SPARE) as usize));
+        let mut lens = Vec::with_capacity(self.pixels.len());
+        for pixel in &self.pixels {
+            let start = packed.len();
+            packed.extend(live(pixel));
+            lens.push((packed.len() - start) as u32);
+        }
+        let mut start = 0;
+        for (pixel, len) in self.pixels.iter_mut().zip(lens) {
+            pixel.start = start;
+            pixel.set(len, 0);
+            start += len;
         }
         self.stacks = packed;
-        self.abandoned = 0;
     }
 }
 

@@ -138,7 +138,7 @@ impl Terms {
             log,
             background,
             pixels,
-            pairs: Pairs::new(leaves, areas.leaves, areas.views),
+            pairs: Pairs::new(leaves, areas.leaves),
             local: vec![[0; MAX_VIEWS]; leaves],
             f: [0; MAX_VIEWS],
             uncovered: [vec![[0; MAX_VIEWS]; leaves], vec![[0; MAX_VIEWS]; leaves]],
