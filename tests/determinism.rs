@@ -42,7 +42,7 @@ fn all_plants() -> [Plant; 6] {
 fn models_are_equal_for_any_number_of_threads_and_every_run() {
     for plant in all_plants() {
         let expected = bytes(&plant, 1);
-        for threads in [1, 2, 3, 0] {
+        for threads in [1, 2, 3, 7, 20, 0] {
             assert!(bytes(&plant, threads) == expected, "{} with {threads} threads", plant.name);
         }
     }
@@ -54,7 +54,7 @@ fn models_judged_by_pictures_are_equal_for_any_number_of_threads() {
     for options in [SimplifyOptions::balanced(), SimplifyOptions::best(), by_silhouette] {
         for plant in all_plants() {
             let expected = model_by(&plant, 1, &options);
-            for threads in [2, 3] {
+            for threads in [2, 7] {
                 let found = model_by(&plant, threads, &options);
                 assert!(found == expected, "{} by {} with {threads} threads", plant.name, options.preset);
             }

@@ -267,9 +267,9 @@ mod tests {
             thread::scope(|scope| {
                 let _dismissal = Dismissal(&crew);
                 scope.spawn(|| crew.help(|(), _| panic!("of the part")));
-                while crew.unfinished.load(SeqCst) == 0 {
-                    crew.offer((), 1);
-                    thread::sleep(Duration::from_millis(1));
+                crew.offer((), 1);
+                while crew.untaken.load(SeqCst) > 0 {
+                    thread::yield_now();
                 }
             });
         });

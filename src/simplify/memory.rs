@@ -26,11 +26,12 @@ use crate::{
 use glam::Vec3;
 
 /// Bytes per pixel for its record in the captured views.
-const PIXEL_BYTES: f64 = 32.0;
-/// Bytes per pixel for its frontmost polygon at full detail, where looks are compared with it.
-const REFERENCE_BYTES: f64 = 4.0;
-/// Bytes per fragment: 8 on its stack, the rest for leaves that grow. Measured.
-const FRAGMENT_BYTES: f64 = 12.0;
+const PIXEL_BYTES: f64 = 20.0;
+/// Bytes per pixel for its frontmost polygon at full detail, where looks are compared with it, and
+/// for its frontmost fragment once more.
+const REFERENCE_BYTES: f64 = 12.0;
+/// Bytes per fragment: 8 on its stack, the rest for leaves that grow.
+const FRAGMENT_BYTES: f64 = 9.0;
 /// Bytes per fragment while its view is captured.
 const COVERAGE_BYTES: f64 = 16.0;
 /// Bytes per triangle: once (measured), and while a view is captured.
