@@ -31,18 +31,21 @@ struct LeafRecord {
 // item: index of the plant's record, and of the run within the plant.
 @vertex
 fn leaf_corner(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>) -> Surface {
-    return leaf_surface(corner, item);
+    return leaf_surface(corner, item, frame.clip_from_anchor);
 }
 
-fn leaf_surface(corner: u32, item: vec2<u32>) -> Surface {
+fn leaf_surface(corner: u32, item: vec2<u32>, clip_from_anchor: mat4x4<f32>) -> Surface {
     var surface: Surface;
     surface.instance = item.x;
     let at = item.y * RUN_INDICES + corner;
     let instance = instances[item.x];
-    if at >= instance.index_end {
+    if at >= arrayLength(&indices) {
         return surface;
     }
     let vertex = vertices[indices[at]];
+    if vertex.leaf >= instance.drawn {
+        return surface;
+    }
     let leaf = leaves[vertex.leaf];
     let pivot = vec3(leaf.pivot[0], leaf.pivot[1], leaf.pivot[2]);
     let rest = vec3(vertex.position[0], vertex.position[1], vertex.position[2]);
@@ -50,7 +53,7 @@ fn leaf_surface(corner: u32, item: vec2<u32>) -> Surface {
     let normal = vec3(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
     let moved = moved_leaf(pivot, (rest - pivot) * scale, normal, vertex.leaf, item.x);
     surface.position_local = moved.position;
-    surface.clip = instance.clip_from_local * vec4(surface.position_local, 1.0);
+    surface.clip = clip_from_anchor * vec4(in_anchor_space(moved.position, instance), 1.0);
     surface.uv = vec2(vertex.uv[0], vertex.uv[1]);
     surface.color = leaf_tint(vertex);
     surface.normal = moved.normal;

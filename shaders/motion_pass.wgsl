@@ -33,6 +33,6 @@ fn motion(moving: Moving) -> @location(0) vec2<f32> {
         // The point was behind the eye in the previous frame.
         return vec2(0.0);
     }
-    let now = moving.now.xy / moving.now.z - instance.jitter;
+    let now = moving.now.xy / moving.now.z - frame.jitter;
     return (now - moving.before.xy / moving.before.z) * vec2(0.5, -0.5);
 }

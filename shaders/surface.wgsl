@@ -3,19 +3,32 @@
 // Local space is plant space with its origin at the plant's centre, so that the precision of f32
 // does not depend on where a file places the plant.
 
+// What all plants of the frame share. Anchor space is world space with its origin at the frame's
+// anchor, a point in view.
+struct Frame {
+    clip_from_anchor: mat4x4<f32>,
+    // In the previous frame, from that frame's anchor space; only used for motion vectors.
+    clip_from_anchor_before: mat4x4<f32>,
+    light_from_anchor: mat4x4<f32>,
+    // Position of the eye in anchor space.
+    eye: vec3<f32>,
+    // Number of plants; the records of the previous frame follow theirs.
+    plants: u32,
+    // Jitter of the picture, in clip space.
+    jitter: vec2<f32>,
+}
+
 // One plant to draw.
 struct Instance {
-    clip_from_local: mat4x4<f32>,
-    eye_local: vec3<f32>,
+    // Rows of the transform from local space to anchor space.
+    anchor_from_local: array<vec4<f32>, 3>,
+    active_count: u32,
     // Fractional part of the active count.
     fraction: f32,
-    // Unit vector towards the sun, in local space.
-    sun_local: vec3<f32>,
-    active_count: u32,
-    // Unit vector upwards, in local space.
-    up_local: vec3<f32>,
-    // One past the last index of the last leaf drawn.
-    index_end: u32,
+    // Number of leaves that are in transition at once.
+    window: f32,
+    // Factor applied to every leaf's drawn scale.
+    leaf_scale: f32,
     // Index of the first of this plant's own drawn scales, or NO_SCALES if they come from the
     // timeline.
     first_scale: u32,
@@ -23,14 +36,6 @@ struct Instance {
     first_partial: u32,
     // Number of leaves to draw.
     drawn: u32,
-    // Number of leaves that are in transition at once.
-    window: f32,
-    // Factor applied to every leaf's drawn scale.
-    leaf_scale: f32,
-    // Index of the plant's record for the previous frame; only used for motion vectors.
-    before: u32,
-    // Jitter of the picture, in clip space.
-    jitter: vec2<f32>,
     // Least width of a drawn stem, in local space.
     stem_width: f32,
 }
@@ -56,6 +61,7 @@ struct Material {
 @group(0) @binding(2) var textures: texture_2d_array<f32>;
 @group(0) @binding(3) var filtering: sampler;
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
+@group(1) @binding(2) var<uniform> frame: Frame;
 
 // Samples per pixel; coverage determines how many of them are covered.
 override SAMPLES: u32 = 1u;
@@ -109,16 +115,18 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     if samples == 0u {
         discard;
     }
+    let position = in_anchor_space(surface.position_local, instance);
+    let to_local = local_from_world(instance);
     let lit = Lit(
         surface.normal,
-        surface.position_local - instance.eye_local,
+        to_local * (position - frame.eye),
         (surface.position_local - crown.center_local) * crown.inverse_half_size,
         crown.inverse_half_size,
-        instance.sun_local,
-        instance.up_local,
+        unit(to_local * TOWARDS_SUN),
+        unit(to_local[1]),
         is_leaf,
         is_leaf || material.is_two_sided == 1u,
-        sunlit(surface.position_local, surface.instance),
+        sunlit(position),
     );
     let lit_color = texel.color * material.base_color.rgb * surface.color * reflected(lit);
     var color = surface.color;
@@ -129,6 +137,25 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
         }
     }
     return Shaded(vec4(encoded(color), 1.0), samples);
+}
+
+fn in_anchor_space(position_local: vec3<f32>, instance: Instance) -> vec3<f32> {
+    let rows = instance.anchor_from_local;
+    let position = vec4(position_local, 1.0);
+    return vec3(dot(rows[0], position), dot(rows[1], position), dot(rows[2], position));
+}
+
+// Transforms directions from world space to local space. Their lengths are in proportion to each
+// other.
+fn local_from_world(instance: Instance) -> mat3x3<f32> {
+    let rows = instance.anchor_from_local;
+    // Without the size of the plant, whose powers may leave the range of f32.
+    let size = length(rows[0].xyz);
+    let x = rows[0].xyz / size;
+    let y = rows[1].xyz / size;
+    let z = rows[2].xyz / size;
+    let adjugate = mat3x3(cross(y, z), cross(z, x), cross(x, y));
+    return adjugate * sign(dot(x, adjugate[0]));
 }
 
 // Presence of a leaf from 0 to 1, as a fraction of its area or of its alpha.

@@ -10,9 +10,9 @@ fn wood_motion(
     @location(5) width: f32,
 ) -> Moving {
     let wide = widened(rest, normal, width, instance);
-    var now = wood_surface(instance, rest, wide);
+    var now = wood_surface(instance, rest, wide, frame.clip_from_anchor);
     now.uv = uv;
     now.material = material;
     now.uv_size = vec2(1.0);
-    return moving(now, wood_surface(instances[instance].before, rest, wide));
+    return moving(now, wood_surface(frame.plants + instance, rest, wide, frame.clip_from_anchor_before));
 }

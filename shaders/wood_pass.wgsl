@@ -10,7 +10,7 @@ fn wood_corner(
     @location(4) material: u32,
     @location(5) width: f32,
 ) -> Surface {
-    var surface = wood_surface(instance, rest, widened(rest, normal, width, instance));
+    var surface = wood_surface(instance, rest, widened(rest, normal, width, instance), frame.clip_from_anchor);
     // The stem that is always drawn covers only as much as it would at its own width.
     surface.share = select(1.0, min(-width / instances[instance].stem_width, 1.0), width < 0.0);
     surface.uv = uv;
@@ -27,12 +27,11 @@ fn widened(rest: vec3<f32>, normal: vec3<f32>, width: f32, instance: u32) -> vec
 }
 
 // A widened stem keeps its depth, so that it does not come out of the leaves around it.
-fn wood_surface(instance: u32, rest: vec3<f32>, wide: vec3<f32>) -> Surface {
+fn wood_surface(instance: u32, rest: vec3<f32>, wide: vec3<f32>, clip_from_anchor: mat4x4<f32>) -> Surface {
     var surface: Surface;
-    let clip_from_local = instances[instance].clip_from_local;
-    let thin = clip_from_local * vec4(moved_wood(rest, instance), 1.0);
+    let thin = clip_from_anchor * vec4(in_anchor_space(moved_wood(rest, instance), instances[instance]), 1.0);
     surface.position_local = moved_wood(wide, instance);
-    surface.clip = clip_from_local * vec4(surface.position_local, 1.0);
+    surface.clip = clip_from_anchor * vec4(in_anchor_space(surface.position_local, instances[instance]), 1.0);
     surface.clip.z = select(surface.clip.z, thin.z / thin.w * surface.clip.w, any(wide != rest));
     surface.instance = instance;
     return surface;

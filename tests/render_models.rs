@@ -12,7 +12,7 @@ use foliage_lod::{
     gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
     simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
-    software::{DrawList, DrawOptions, Image, Painter},
+    software::{DrawList, DrawOptions, Image, Painter, Placed},
 };
 use glam::{DAffine3, DVec3};
 
@@ -89,6 +89,21 @@ fn the_gpu_draws_what_the_cpu_draws() {
             assert!(mean < 3.0 && percentile < 40, "{species} at {n}: {mean} {percentile}");
         }
     }
+}
+
+#[test]
+fn a_mirrored_and_stretched_plant_is_lit_as_on_the_cpu() {
+    let model = model("betula-populifolia", 400);
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    let camera = camera(&model);
+    let stretched = DAffine3::from_scale(DVec3::new(-1.0, 0.7, 1.4)) * DAffine3::from_rotation_y(0.8);
+    let drawn = stage.picture(&camera, &[Instance { world_from_plant: stretched, ..stage.at_origin(400.0) }]);
+    let list = DrawList::of_model(&model, 400);
+    let painter = Painter::new(&model.materials, &model.textures).unwrap();
+    let (placed, options) = ([Placed::new(&list, stretched)], DrawOptions::default());
+    let painted = painter.draw_placed(&placed, &camera.camera(SIZE[1]), SIZE, &options).unwrap();
+    let (mean, percentile) = difference(&drawn, &painted);
+    assert!(mean < 3.0 && percentile < 40, "{mean} {percentile}");
 }
 
 #[test]

@@ -7,8 +7,8 @@ use foliage_lod::{
     draw::{
         Variant,
         records::{
-            CrownRecord, Event, InstanceRecord, LandscapeRecord, LeafRecord, LeafVertex, MaterialRecord, MotionRays,
-            Tone, bindings,
+            CrownRecord, Event, FrameRecord, InstanceRecord, LandscapeRecord, LeafRecord, LeafVertex, MaterialRecord,
+            MotionRays, Tone, bindings,
         },
         shaders,
     },
@@ -69,22 +69,22 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
             InstanceRecord,
             "Instance",
             [
-                clip_from_local,
-                eye_local,
-                fraction,
-                sun_local,
+                anchor_from_local,
                 active_count,
-                up_local,
-                index_end,
+                fraction,
+                window,
+                leaf_scale,
                 first_scale,
                 first_partial,
                 drawn,
-                window,
-                leaf_scale,
-                before,
-                jitter,
                 stem_width
             ]
+        );
+        assert_layout!(
+            &module,
+            FrameRecord,
+            "Frame",
+            [clip_from_anchor, clip_from_anchor_before, light_from_anchor, eye, plants, jitter]
         );
         assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size]);
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);
@@ -138,9 +138,9 @@ fn every_binding_has_the_number_that_rust_gives_it() {
         ("events", MODEL, EVENTS),
         ("instances", FRAME, INSTANCES),
         ("scales", FRAME, SCALES),
+        ("frame", FRAME, SHARED),
         ("tones", EFFECTS, TONES),
         ("sways", EFFECTS, SWAYS),
-        ("light_from_local", EFFECTS, LIGHTS),
         ("shadow_map", EFFECTS, SHADOW_MAP),
         ("shadow_sampler", EFFECTS, SHADOW_SAMPLER),
     ];

@@ -63,6 +63,11 @@ impl ModelFacts {
 }
 
 impl ModelFacts {
+    /// Number of indices of the first `n` leaves.
+    pub(super) fn index_end(&self, n: u32) -> u32 {
+        n.checked_sub(1).map_or(0, |last| self.index_ends[last as usize])
+    }
+
     /// Centre and radius of a sphere around everything that is drawn of a plant, in world space.
     pub fn placed(&self, plant: &Instance) -> (DVec3, f64) {
         let to_world = plant.world_from_plant;

@@ -2,43 +2,52 @@
 //!
 //! Tests compare each `#[repr(C)]` struct and each binding with the WGSL.
 
+/// What all plants of one frame share, as `surface.wgsl` reads it.
+///
+/// *Anchor space* is world space with its origin at the frame's anchor, a point in view.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct FrameRecord {
+    /// Transform from anchor space to clip space.
+    pub clip_from_anchor: [[f32; 4]; 4],
+    /// The same transform in the previous frame, from that frame's anchor space.
+    pub clip_from_anchor_before: [[f32; 4]; 4],
+    /// Transform from anchor space to the sun's clip space.
+    pub light_from_anchor: [[f32; 4]; 4],
+    /// Position of the eye in anchor space.
+    pub eye: [f32; 3],
+    /// Number of plants. If motion vectors are drawn, as many records follow: those of the previous
+    /// frame.
+    pub plants: u32,
+    /// Jitter of the picture, in clip space.
+    pub jitter: [f32; 2],
+    /// Padding to a multiple of 16 bytes.
+    pub padding: [f32; 2],
+}
+
 /// One plant instance, as the shaders read it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct InstanceRecord {
-    /// Transform from local space (plant space with its origin at the plant's centre) to clip
-    /// space.
-    pub clip_from_local: [[f32; 4]; 4],
-    /// Position of the eye in local space.
-    pub eye_local: [f32; 3],
-    /// Fractional part of the active count.
-    pub fraction: f32,
-    /// Unit vector towards the sun, in local space.
-    pub sun_local: [f32; 3],
+    /// Rows of the transform from local space (plant space with its origin at the plant's centre)
+    /// to anchor space (see [`FrameRecord`]).
+    pub anchor_from_local: [[f32; 4]; 3],
     /// Integer part of the active count.
     pub active_count: u32,
-    /// Unit vector upwards, in local space.
-    pub up_local: [f32; 3],
-    /// One past the last index of the last leaf drawn.
-    pub index_end: u32,
+    /// Fractional part of the active count.
+    pub fraction: f32,
+    /// Number of leaves that are in transition at once.
+    pub window: f32,
+    /// Factor applied to every leaf's drawn scale.
+    pub leaf_scale: f32,
     /// Index of the first of this plant's own drawn scales, or [`NO_SCALES`].
     pub first_scale: u32,
     /// The first leaf that may be only partly present.
     pub first_partial: u32,
     /// Number of leaves to draw.
     pub drawn: u32,
-    /// Number of leaves that are in transition at once.
-    pub window: f32,
-    /// Factor applied to every leaf's drawn scale.
-    pub leaf_scale: f32,
-    /// Index of the plant's record for the previous frame; 0 if no motion vectors are drawn.
-    pub before: u32,
-    /// Jitter of the picture, in clip space.
-    pub jitter: [f32; 2],
     /// Least width of a drawn stem, in local space; see [`Levels`](super::Levels).
     pub stem_width: f32,
-    /// Padding to a multiple of 16 bytes.
-    pub padding: [f32; 3],
 }
 
 /// Value of [`InstanceRecord::first_scale`] for a plant without drawn scales of its own; they come
@@ -239,15 +248,15 @@ pub mod bindings {
     pub const INSTANCES: u32 = 0;
     /// Storage: drawn scales of the plants that keep their own.
     pub const SCALES: u32 = 1;
+    /// Uniform: what all plants share.
+    pub const SHARED: u32 = 2;
 
     /// Storage: mean colour and contrast of each instance.
     pub const TONES: u32 = 0;
     /// Storage: sway of each instance.
     pub const SWAYS: u32 = 1;
-    /// Storage: matrix from local space to the sun's clip space, for each instance.
-    pub const LIGHTS: u32 = 2;
     /// Depth texture of the shadow map.
-    pub const SHADOW_MAP: u32 = 3;
+    pub const SHADOW_MAP: u32 = 2;
     /// Comparison sampler of the shadow map.
-    pub const SHADOW_SAMPLER: u32 = 4;
+    pub const SHADOW_SAMPLER: u32 = 3;
 }

@@ -134,6 +134,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_f32("LEAST_ALPHA", 1.0 / 255.0)
         .constant_f32("LEVELS_ACROSS", LEVELS_ACROSS)
         .constant_u32("NO_SCALES", NO_SCALES)
+        .constant_vec3("TOWARDS_SUN", look.lighting().towards_sun.normalize_or_zero())
         .constant_u32("COLORING_PICTURE", Coloring::Picture.number())
         .constant_u32("COLORING_FLAT", Coloring::Flat.number())
         .constant_u32("COLORING_ORDER", Coloring::PruneOrder.number())
@@ -159,7 +160,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .with_body(body)
 }
 
-const NO_SHADOW: &str = "fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 { return 1.0; }\n";
+const NO_SHADOW: &str = "fn sunlit(position: vec3<f32>) -> f32 { return 1.0; }\n";
 const NO_FADE: &str = "fn fade_share(leaf: u32, instance: Instance) -> f32 { return 1.0; }\n";
 const NO_CONTRAST: &str = "fn toned(color: vec3<f32>, instance: u32) -> vec3<f32> { return color; }\n";
 const NO_WIND: &str = "\

@@ -30,7 +30,8 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
         (LEAVES, vertex, storage),
         (EVENTS, vertex, storage),
     ];
-    let frame = [(INSTANCES, vertex | fragment, storage), (SCALES, vertex, storage)];
+    let frame =
+        [(INSTANCES, vertex | fragment, storage), (SCALES, vertex, storage), (SHARED, vertex | fragment, uniform)];
     let mut of_effects = Vec::new();
     if effects.contrast.is_some() {
         of_effects.push((TONES, fragment, storage));
@@ -40,7 +41,6 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
     }
     let mut layouts = vec![layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)];
     if effects.shadow.is_some() {
-        of_effects.push((LIGHTS, fragment, storage));
         of_effects.extend(MAP_BINDINGS);
     }
     if !of_effects.is_empty() {

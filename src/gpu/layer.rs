@@ -17,7 +17,7 @@ use crate::{
         frame_list::FrameList,
         instance::{Instance, ModelId, Prepared},
         look::{Look, Variant},
-        records::{InstanceRecord, RUN_INDICES, Run, bindings},
+        records::{FrameRecord, InstanceRecord, RUN_INDICES, Run, bindings},
     },
 };
 use slotmap::SecondaryMap;
@@ -36,6 +36,7 @@ pub(super) struct Layer {
     layouts: Vec<wgpu::BindGroupLayout>,
     pipelines: HashMap<Key, wgpu::RenderPipeline>,
     instances: wgpu::Buffer,
+    shared: wgpu::Buffer,
     runs: wgpu::Buffer,
     bindings: Option<wgpu::BindGroup>,
     pub(super) effects: Option<EffectBuffers>,
@@ -63,6 +64,7 @@ impl Layer {
             layouts,
             pipelines: HashMap::new(),
             instances: buffer(device, "foliage instances", storage, size_of::<InstanceRecord>() as u64),
+            shared: buffer(device, "foliage frame", Usage::UNIFORM | Usage::COPY_DST, size_of::<FrameRecord>() as u64),
             runs: buffer(device, "foliage runs", Usage::VERTEX | Usage::COPY_DST, size_of::<Run>() as u64),
             bindings: None,
             list: FrameList::default(),
@@ -117,14 +119,17 @@ impl Layer {
         let mut is_rebound = grow(device, &mut self.instances, size_of_val(&list.records[..]) as u64);
         grow(device, &mut self.runs, size_of_val(&list.runs[..]) as u64);
         queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&list.records));
+        queue.write_buffer(&self.shared, 0, bytemuck::bytes_of(&list.shared));
         queue.write_buffer(&self.runs, 0, bytemuck::cast_slice(&list.runs));
         if let (Some(effects), Some(layout)) = (&mut self.effects, self.layouts.get(2)) {
             effects.upload(device, queue, layout, list);
         }
         is_rebound |= self.bindings.is_none();
         if is_rebound {
-            let entries = [(bindings::INSTANCES, &self.instances), (bindings::SCALES, scales)]
-                .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
+            let buffers =
+                [(bindings::INSTANCES, &self.instances), (bindings::SCALES, scales), (bindings::SHARED, &self.shared)];
+            let entries =
+                buffers.map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
             self.bindings = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("foliage frame"),
                 layout: &self.layouts[1],

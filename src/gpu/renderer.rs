@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! new(device, target, look)    add_model(model)   once
-//! prepare(frame, instances)    each frame: uploads 144 bytes per instance, 8 bytes per leaf run
+//! prepare(frame, instances)    each frame: uploads 80 bytes per instance, 8 bytes per leaf run
 //! render_before(encoder)       each frame with shadows: the shadow map
 //! render(pass)                 each frame: a few draw calls per model
 //! render_motion(pass)          each frame with motion vectors: as many draw calls again
