@@ -114,7 +114,7 @@ impl Place {
         look: &Look,
         stem_width: f32,
     ) -> InstanceRecord {
-        let leaves = model.index_ends.len() as u32;
+        let leaves = model.leaves;
         let scales = instance.scales.filter(|scales| scales.leaves == leaves);
         let transition = match (scales, look.effects.fade) {
             (Some(_), _) => Transition::new(f64::from(instance.active.floor()), 1.0, leaves),

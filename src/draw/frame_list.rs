@@ -6,7 +6,7 @@ use super::{
     facts::{Facts, ModelFacts},
     instance::{Instance, ModelId, Prepared},
     look::{Look, Variant},
-    records::{FrameRecord, InstanceRecord, RUN_INDICES, Run, Tone, runs},
+    records::{FrameRecord, InstanceRecord, RUN_QUADS, Run, Tone, runs},
 };
 use crate::effects::{
     Counts,
@@ -184,11 +184,11 @@ impl FrameList {
             let Some(model) = models.get(instance.model) else { continue };
             let Some(place) = eye.place(model, instance) else { continue };
             let moves = look.effects.wind.is_some_and(|wind| {
-                let n = (instance.active as usize).min(model.index_ends.len());
+                let n = (instance.active as usize).min(model.leaves as usize);
                 let reach = wind.reach(&model.shape, model.leaf_reaches[n] * instance.leaf_scale);
                 f64::from(reach) * place.pixels_per_unit > 0.5
             });
-            let is_reduced = instance.active < model.index_ends.len() as f32;
+            let is_reduced = instance.active < model.leaves as f32;
             let contrast = look.effects.contrast.is_some() && is_reduced;
             let (cut, stem_width) = model.stems.numbered((f64::from(look.thinnest_px) / place.pixels_per_unit) as f32);
             let variant = Variant { wind: moves, contrast, alpha: false };
@@ -220,13 +220,13 @@ impl FrameList {
             let (instance, record) = (&instances[instance as usize], self.unsorted[record as usize]);
             prepared.leaves += u64::from(record.drawn);
             let at = self.records.len() as u32;
-            let end = runs(model.index_end(record.drawn));
+            let end = runs(model.quad_end(record.drawn));
             let split = first_fading_run(&record, model, look).min(end);
             self.runs.extend((0..split).map(|run| [at, run]));
             self.fading.extend((split..end).map(|run| [at, run]));
             count(&mut prepared.effects, &record, variant);
             if let Some(effect) = look.effects.contrast {
-                let kept = effect.kept(instance.active, model.index_ends.len());
+                let kept = effect.kept(instance.active, model.leaves as usize);
                 self.tones.push(Tone { mean: model.mean, kept });
             }
             if let Some([now, _]) = moments {
@@ -270,7 +270,7 @@ fn first_fading_run(record: &InstanceRecord, model: &ModelFacts, look: &Look) ->
     if !look.fades_by_alpha() || record.first_partial >= record.drawn {
         return u32::MAX;
     }
-    model.index_end(record.first_partial) / RUN_INDICES
+    model.quad_end(record.first_partial) / RUN_QUADS
 }
 
 fn count(counts: &mut Counts, record: &InstanceRecord, variant: Variant) {

@@ -54,9 +54,14 @@ pub struct InstanceRecord {
 /// from the timeline.
 pub const NO_SCALES: u32 = u32::MAX;
 
-/// Number of indices in one run, which is one instance of a leaf draw. A run holds 64 two-triangle
-/// leaves.
-pub const RUN_INDICES: u32 = 384;
+/// Number of quads in one run, which is one instance of a leaf draw.
+pub const RUN_QUADS: u32 = 64;
+
+/// Value of [`PackingRecord::first_color`] and [`PackingRecord::first_look`] if there are none.
+pub const NO_EXTRA: u32 = u32::MAX;
+
+/// Bits of a packed normal for a vector without a direction.
+pub const NO_NORMAL: u32 = 0x8080;
 
 /// Mip levels between the part of a texture that a surface shows and the coarsest level that it is
 /// sampled at: a quarter of its width, since larger texels mix in what lies beside it.
@@ -72,7 +77,7 @@ pub struct Tone {
     pub kept: f32,
 }
 
-/// One vertex of a leaf as `leaf_pass.wgsl` reads it.
+/// One vertex of a leaf in an [`Upload`](super::Upload).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct LeafVertex {
@@ -88,7 +93,7 @@ pub struct LeafVertex {
     pub leaf: u32,
 }
 
-/// One leaf as `leaf_pass.wgsl` reads it.
+/// One leaf in an [`Upload`](super::Upload).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct LeafRecord {
@@ -106,6 +111,88 @@ pub struct LeafRecord {
     pub seed: u32,
 }
 
+/// One corner of a leaf's quad, as `leaf_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PackedCorner {
+    /// Offset from the pivot along x and y, each a signed 16-bit fraction of [`LookRecord::size`].
+    pub offset_xy: u32,
+    /// Offset along z, and the normal on an octahedron, two signed 8-bit fractions.
+    pub offset_z_normal: u32,
+    /// Texture coordinates, unsigned 16-bit fractions of [`LookRecord::uv_size`].
+    pub uv: u32,
+}
+
+/// One leaf, as `leaf_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PackedLeaf {
+    /// Pivot along x and y, in steps from [`LookRecord::origin`], 16 bits each.
+    pub pivot_xy: u32,
+    /// Pivot along z, and the upper half of the seed by which partial coverage is spread.
+    pub pivot_z_seed: u32,
+    /// First of the leaf's events in the timeline; they end where the next leaf's begin.
+    pub first_event: u32,
+    /// Square roots of the colour over the look's, 8 bits each, and the number of the look.
+    pub color_look: u32,
+}
+
+/// What several leaves or vertices of the wood have in common, as `packing.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LookRecord {
+    /// Origin of positions, in local space.
+    pub origin: [f32; 3],
+    /// Index into the materials.
+    pub material: u32,
+    /// Linear colour factor.
+    pub color: [f32; 3],
+    /// Unit of offsets from a leaf's pivot; for wood, the width of the stem (see
+    /// [`Stems::widths`](super::Stems::widths)).
+    pub size: f32,
+    /// Lowest texture coordinates.
+    pub uv_low: [f32; 2],
+    /// Range of the texture coordinates.
+    pub uv_size: [f32; 2],
+    /// Width and height of the part of the texture that a leaf shows, in texture coordinates.
+    pub shown: [f32; 2],
+    /// Padding to a multiple of 16 bytes.
+    pub padding: [f32; 2],
+}
+
+/// How a model is packed, as `packing.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PackingRecord {
+    /// Step of pivots, in local space.
+    pub grid_step: f32,
+    /// Step of the wood's positions, in local space.
+    pub wood_step: f32,
+    /// Number of quads of each leaf; 0 if leaves differ, and the first extras are the leaves of all
+    /// quads.
+    pub quads_per_leaf: u32,
+    /// Extra with the colour of the first corner, if colours differ within a leaf: square roots of
+    /// the colour over the look's, 10 bits each. Otherwise [`NO_EXTRA`].
+    pub first_color: u32,
+    /// Extra with the first leaf's look, if there are too many for the leaves' records. Otherwise
+    /// [`NO_EXTRA`].
+    pub first_look: u32,
+}
+
+/// One vertex of the wood, as `wood_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PackedWood {
+    /// Position along x and y, in steps from [`LookRecord::origin`], 16 bits each.
+    pub position_xy: u32,
+    /// Position along z, and the normal on an octahedron, two signed 8-bit fractions.
+    pub position_z_normal: u32,
+    /// Texture coordinates, unsigned 16-bit fractions of [`LookRecord::uv_size`].
+    pub uv: u32,
+    /// Number of the look.
+    pub look: u32,
+}
+
 /// One event of the timeline as `leaf_pass.wgsl` reads it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -116,7 +203,7 @@ pub struct Event {
     pub scale: f32,
 }
 
-/// One vertex of the wood as `wood_pass.wgsl` reads it.
+/// One vertex of the wood in an [`Upload`](super::Upload).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct WoodVertex {
@@ -154,7 +241,7 @@ pub struct MaterialRecord {
 
 /// Bounding box of the crown, as `surface.wgsl` reads it.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct CrownRecord {
     /// Centre of the box around all leaves, in local space.
     pub center_local: [f32; 3],
@@ -213,9 +300,9 @@ pub struct MotionRays {
 /// One instance of a leaf draw: the index of the plant's record, and of the run within the plant.
 pub type Run = [u32; 2];
 
-/// Number of runs in a prefix that ends before index `index_end`.
-pub fn runs(index_end: u32) -> u32 {
-    index_end.div_ceil(RUN_INDICES)
+/// Number of runs in a prefix of `quads` quads.
+pub fn runs(quads: u32) -> u32 {
+    quads.div_ceil(RUN_QUADS)
 }
 
 /// Binding numbers. Group 0 holds a model, group 1 a frame, group 2 the effects that have buffers.
@@ -235,14 +322,18 @@ pub mod bindings {
     pub const TEXTURES: u32 = 2;
     /// Sampler of the textures.
     pub const SAMPLER: u32 = 3;
-    /// Storage: vertices of all leaves.
-    pub const LEAF_VERTICES: u32 = 4;
-    /// Storage: indices of all leaves.
-    pub const LEAF_INDICES: u32 = 5;
-    /// Storage: one record for each leaf.
+    /// Storage: corners of all leaves' quads.
+    pub const LEAF_CORNERS: u32 = 4;
+    /// Uniform: how the model is packed.
+    pub const PACKING: u32 = 5;
+    /// Storage: one record for each leaf, and one after the last.
     pub const LEAVES: u32 = 6;
     /// Storage: events of the timeline.
     pub const EVENTS: u32 = 7;
+    /// Storage: looks of leaves and wood.
+    pub const LOOKS: u32 = 8;
+    /// Storage: what only some models need.
+    pub const EXTRAS: u32 = 9;
 
     /// Storage: one record for each instance.
     pub const INSTANCES: u32 = 0;

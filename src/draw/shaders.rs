@@ -8,7 +8,7 @@ use super::{
     landscape::{FLOOR_FROM, ZENITH_FROM},
     light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
     look::{Coloring, Look, Variant},
-    records::{LEVELS_ACROSS, NO_SCALES, RUN_INDICES},
+    records::{LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS},
     shader::{ShaderSource, wrap_number},
     sun::DEPTH_RADII,
 };
@@ -138,7 +138,9 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("COLORING_PICTURE", Coloring::Picture.number())
         .constant_u32("COLORING_FLAT", Coloring::Flat.number())
         .constant_u32("COLORING_ORDER", Coloring::PruneOrder.number())
-        .constant_u32("RUN_INDICES", RUN_INDICES)
+        .constant_u32("RUN_CORNERS", 4 * RUN_QUADS)
+        .constant_u32("NO_EXTRA", NO_EXTRA)
+        .constant_u32("NO_NORMAL", NO_NORMAL)
         .constant_bool("FADES_BY_ALPHA", look.fades_by_alpha())
         .constant_bool("FADES_SMOOTHLY", look.effects.fade.is_some_and(|fade| fade.smooth))
         .constant_vec3("BRANCH_WAVE_ALONG", wind::BRANCH_WAVES[0])
@@ -152,6 +154,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("PHASE_STEPS", wind::PHASE_STEPS)
         .with_part(include_str!("../../shaders/light.wgsl"))
         .with_part(include_str!("../../shaders/surface.wgsl"))
+        .with_part(include_str!("../../shaders/packing.wgsl"))
         .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
         .with_part(part(variant.contrast, include_str!("../../shaders/contrast.wgsl"), NO_CONTRAST))
         .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))

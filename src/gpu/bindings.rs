@@ -25,10 +25,12 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
         (MATERIALS, fragment, storage),
         (TEXTURES, fragment, texture),
         (SAMPLER, fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-        (LEAF_VERTICES, vertex, storage),
-        (LEAF_INDICES, vertex, storage),
+        (LEAF_CORNERS, vertex, storage),
+        (PACKING, vertex, uniform),
         (LEAVES, vertex, storage),
         (EVENTS, vertex, storage),
+        (LOOKS, vertex, storage),
+        (EXTRAS, vertex, storage),
     ];
     let frame =
         [(INSTANCES, vertex | fragment, storage), (SCALES, vertex, storage), (SHARED, vertex | fragment, uniform)];

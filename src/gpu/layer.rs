@@ -2,7 +2,7 @@
 //! the motion vectors.
 
 use super::{
-    buffers::{buffer, grow},
+    buffers::{buffer, filled, grow},
     effect_buffers::EffectBuffers,
     model_buffers::ModelBuffers,
     pipeline::Target,
@@ -17,7 +17,8 @@ use crate::{
         frame_list::FrameList,
         instance::{Instance, ModelId, Prepared},
         look::{Look, Variant},
-        records::{FrameRecord, InstanceRecord, RUN_INDICES, Run, bindings},
+        quads::QUAD,
+        records::{FrameRecord, InstanceRecord, RUN_QUADS, Run, bindings},
     },
 };
 use slotmap::SecondaryMap;
@@ -38,6 +39,8 @@ pub(super) struct Layer {
     instances: wgpu::Buffer,
     shared: wgpu::Buffer,
     runs: wgpu::Buffer,
+    /// Indices of a run's quads.
+    pattern: wgpu::Buffer,
     bindings: Option<wgpu::BindGroup>,
     pub(super) effects: Option<EffectBuffers>,
     list: FrameList,
@@ -66,6 +69,7 @@ impl Layer {
             instances: buffer(device, "foliage instances", storage, size_of::<InstanceRecord>() as u64),
             shared: buffer(device, "foliage frame", Usage::UNIFORM | Usage::COPY_DST, size_of::<FrameRecord>() as u64),
             runs: buffer(device, "foliage runs", Usage::VERTEX | Usage::COPY_DST, size_of::<Run>() as u64),
+            pattern: filled(device, "run of quads", Usage::INDEX, bytemuck::cast_slice(&pattern())),
             bindings: None,
             list: FrameList::default(),
             depth: Depth::default(),
@@ -164,7 +168,8 @@ impl Layer {
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(bindings::MODEL, &model.bindings, &[]);
                 pass.set_vertex_buffer(0, self.runs.slice(..));
-                pass.draw(0..RUN_INDICES, runs.clone());
+                pass.set_index_buffer(self.pattern.slice(..), wgpu::IndexFormat::Uint16);
+                pass.draw_indexed(0..RUN_QUADS * QUAD.len() as u32, 0, runs.clone());
             }
         }
     }
@@ -198,6 +203,11 @@ impl Layer {
         }
         Ok(())
     }
+}
+
+/// Indices of the corners of a run's quads.
+fn pattern() -> Vec<u16> {
+    (0..RUN_QUADS as u16).flat_map(|quad| QUAD.map(|corner| 4 * quad + corner)).collect()
 }
 
 /// Variant of the wood: only the wind applies to it.

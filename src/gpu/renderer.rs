@@ -38,8 +38,9 @@ use crate::{
         facts::{Facts, ModelFacts},
         instance::{Frame, Instance, ModelId, Prepared, ScalesId},
         look::{Coloring, Look, Variant},
+        packed::Packed,
         records::bindings,
-        stems::Stems,
+        upload::Upload,
     },
     effects::Effects,
     error::check_range,
@@ -187,9 +188,11 @@ impl FoliageRenderer {
             Some(_) => mean_leaf_color(model, &look.lighting())?,
             None => [0.0; 3],
         };
-        let stems = Stems::new(model);
-        let buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &stems)?;
-        let id = self.facts.insert(ModelFacts::new(model, &stems, mean));
+        let upload = Upload::new(model);
+        let facts = ModelFacts::new(model, &upload, mean);
+        let packed = Packed::new(upload);
+        let buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &packed)?;
+        let id = self.facts.insert(facts);
         self.models.insert(id, buffers);
         Ok(id)
     }
