@@ -34,17 +34,16 @@ fn leaf_corner(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>)
 }
 
 fn leaf_surface(corner_in_run: u32, item: vec2<u32>, clip_from_anchor: mat4x4<f32>) -> Surface {
-    var surface: Surface;
-    surface.instance = item.x;
     let at = item.y * RUN_CORNERS + corner_in_run;
-    let instance = instances[item.x];
     if at >= arrayLength(&corners) {
-        return surface;
+        return Surface();
     }
+    let instance = instances[item.x];
     let number = leaf_of(at / 4u);
     if number >= instance.drawn {
-        return surface;
+        return Surface();
     }
+    var surface = surface_of(item.x, instance);
     let corner = corners[at];
     let leaf = leaves[number];
     let look = looks[look_of(number, leaf)];

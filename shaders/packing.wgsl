@@ -7,7 +7,7 @@ struct Look {
     material: u32,
     // Linear colour factor.
     color: vec3<f32>,
-    // Unit of offsets from a leaf's pivot; for wood, the width of the stem.
+    // Unit of offsets from a leaf's pivot; for wood, the width of the stem if widths are in looks.
     size: f32,
     uv_low: vec2<f32>,
     uv_size: vec2<f32>,
@@ -25,6 +25,8 @@ struct Packing {
     first_color: u32,
     // Extra with the look of the first leaf, or NO_EXTRA.
     first_look: u32,
+    // 1 if the widths of stems are in looks.
+    widths_in_looks: u32,
 }
 
 @group(0) @binding(5) var<uniform> packing: Packing;

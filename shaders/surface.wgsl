@@ -86,6 +86,11 @@ struct Surface {
     @location(8) @interpolate(flat) uv_size: vec2<f32>,
     // Seed of the surface's partial coverage, like a fraction of 2^32; 0 for wood.
     @location(9) @interpolate(flat) seed: u32,
+    // In local space: position of the eye, and unit vectors towards the sun and upwards. They are
+    // the same for the whole plant, so vertices compute them.
+    @location(10) @interpolate(flat) eye: vec3<f32>,
+    @location(11) @interpolate(flat) towards_sun: vec3<f32>,
+    @location(12) @interpolate(flat) upwards: vec3<f32>,
 }
 
 // Position and normal of a leaf's vertex after scaling and wind.
@@ -101,32 +106,29 @@ struct Shaded {
 
 fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     let material = materials[surface.material];
-    let instance = instances[surface.instance];
     let texel = texel(material, surface.uv, surface.uv_size, surface.seed);
     var coverage = texel.coverage * surface.share;
     var dither = texel.dither;
     if surface.share < 1.0 {
-        dither = hash(vec3<i32>(floor(surface.position_local / instance.stem_width)));
+        dither = hash(vec3<i32>(floor(surface.position_local / instances[surface.instance].stem_width)));
     }
     if is_leaf {
-        coverage *= fade_share(surface.leaf, instance);
+        coverage *= fade_share(surface.leaf, surface.instance);
     }
     let samples = covered_samples(coverage, dither, surface.seed);
     if samples == 0u {
         discard;
     }
-    let position = in_anchor_space(surface.position_local, instance);
-    let to_local = local_from_world(instance);
     let lit = Lit(
         surface.normal,
-        to_local * (position - frame.eye),
+        surface.position_local - surface.eye,
         (surface.position_local - crown.center_local) * crown.inverse_half_size,
         crown.inverse_half_size,
-        unit(to_local * TOWARDS_SUN),
-        unit(to_local[1]),
+        surface.towards_sun,
+        surface.upwards,
         is_leaf,
         is_leaf || material.is_two_sided == 1u,
-        sunlit(position),
+        sunlit(surface.position_local, surface.instance),
     );
     let lit_color = texel.color * material.base_color.rgb * surface.color * reflected(lit);
     var color = surface.color;
@@ -145,9 +147,9 @@ fn in_anchor_space(position_local: vec3<f32>, instance: Instance) -> vec3<f32> {
     return vec3(dot(rows[0], position), dot(rows[1], position), dot(rows[2], position));
 }
 
-// Transforms directions from world space to local space. Their lengths are in proportion to each
-// other.
-fn local_from_world(instance: Instance) -> mat3x3<f32> {
+// A surface of a plant, with the plant's index, eye and light alone.
+fn surface_of(number: u32, instance: Instance) -> Surface {
+    var surface: Surface;
     let rows = instance.anchor_from_local;
     // Without the size of the plant, whose powers may leave the range of f32.
     let size = length(rows[0].xyz);
@@ -155,7 +157,12 @@ fn local_from_world(instance: Instance) -> mat3x3<f32> {
     let y = rows[1].xyz / size;
     let z = rows[2].xyz / size;
     let adjugate = mat3x3(cross(y, z), cross(z, x), cross(x, y));
-    return adjugate * sign(dot(x, adjugate[0]));
+    let local_from_world = adjugate * (1.0 / dot(x, adjugate[0]));
+    surface.instance = number;
+    surface.eye = local_from_world * ((frame.eye - vec3(rows[0].w, rows[1].w, rows[2].w)) / size);
+    surface.towards_sun = unit(local_from_world * TOWARDS_SUN);
+    surface.upwards = unit(local_from_world[1]);
+    return surface;
 }
 
 // Presence of a leaf from 0 to 1, as a fraction of its area or of its alpha.

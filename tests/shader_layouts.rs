@@ -91,7 +91,7 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
             &module,
             PackingRecord,
             "Packing",
-            [grid_step, wood_step, quads_per_leaf, first_color, first_look]
+            [grid_step, wood_step, quads_per_leaf, first_color, first_look, widths_in_looks]
         );
         assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size]);
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);

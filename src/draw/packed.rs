@@ -7,18 +7,18 @@
 //! Nothing is out of range: a plant too large for one grid has more looks with other origins, and
 //! small leaves beside large ones have looks with a shorter unit of length. Rare needs take rows
 //! in `extras`: leaves of different numbers of quads, colours that differ within a leaf, leaves of
-//! more than 256 looks.
+//! more than 256 looks. Wood of more than 65,536 looks has one for each stem.
 //!
 //! Precision: offsets 1/32767 of the leaf's reach; pivots half a step, at most 1/128 of the median
-//! leaf's reach; wood a millionth of the plant; normals about half a degree; texture coordinates
-//! 1/65535 of a power of two at least as large as their range, 1/16384 for wood; colours of leaves
-//! half a step of 255 of their square root.
+//! leaf's reach; wood two millionths of the plant, widths of stems 0.14 %; normals about half a
+//! degree; texture coordinates 1/65535 of a power of two at least as large as their range, 1/16384
+//! for wood; colours of leaves half a step of 255 of their square root.
 
 use super::{
     quads::Quads,
     records::{
-        CrownRecord, Event, LeafVertex, LookRecord, NO_EXTRA, NO_NORMAL, PackedCorner, PackedLeaf, PackedWood,
-        PackingRecord,
+        CrownRecord, Event, LEAST_WIDTH, LeafVertex, LookRecord, NO_EXTRA, NO_NORMAL, PackedCorner, PackedLeaf,
+        PackedWood, PackingRecord, WIDTH_STEPS, WoodVertex,
     },
     upload::Upload,
 };
@@ -35,9 +35,11 @@ const PIVOT_STEPS: f64 = 64.0;
 /// Range of texture coordinates that one look of the wood covers.
 const WOOD_UV: f32 = 4.0;
 /// Origins along the longest axis of the wood.
-const WOOD_ORIGINS: f64 = 16.0;
+const WOOD_ORIGINS: f64 = 4.0;
 /// Looks that a leaf's record can hold.
 const FEW_LOOKS: usize = 256;
+/// Looks that a vertex of the wood can hold beside the width of its stem.
+const MANY_LOOKS: u32 = 1 << 16;
 
 /// The buffers of one model.
 #[derive(Debug, Clone, Default)]
@@ -131,28 +133,47 @@ impl Packed {
     fn pack_wood(&mut self, upload: &Upload, looks: &mut Looks) {
         let vertices = &upload.wood_vertices;
         let grid = Grid::of_wood(Aabb::of_points(vertices.iter().map(|vertex| vertex.position)));
-        self.packing.wood_step = grid.step as f32;
-        self.wood_vertices.extend(vertices.iter().map(|vertex| {
-            let (origin, at) = grid.place(vertex.position);
-            let low = (Vec2::from(vertex.uv) / WOOD_UV).floor() * WOOD_UV;
-            let look = LookRecord {
-                origin: origin.to_array(),
-                material: vertex.material,
-                color: vertex.color,
-                size: vertex.width,
-                uv_low: low.to_array(),
-                uv_size: [WOOD_UV; 2],
-                shown: [1.0; 2],
-                padding: [0.0; 2],
-            };
-            PackedWood {
-                position_xy: at[0] | at[1] << 16,
-                position_z_normal: at[2] | normal_bits(vertex.normal) << 16,
-                uv: uv_bits(vertex.uv, &look),
-                look: looks.number(look),
-            }
+        let step = grid.step as f32;
+        let placed: Vec<_> = vertices.iter().map(|vertex| grid.place(vertex.position)).collect();
+        let mut number = |(vertex, &(origin, _)): (&WoodVertex, &(Vec3, _)), size| {
+            looks.number(LookRecord { size, ..wood_look(origin, vertex) })
+        };
+        let mut numbers: Vec<u32> = vertices.iter().zip(&placed).map(|of| number(of, 0.0)).collect();
+        let is_many = numbers.iter().any(|&number| number >= MANY_LOOKS);
+        for (to, of) in numbers.iter_mut().zip(vertices.iter().zip(&placed)) {
+            let width = of.0.width;
+            *to = if is_many { number(of, width) } else { *to | width_bits(width / step) << 16 };
+        }
+        self.packing.wood_step = step;
+        self.packing.widths_in_looks = is_many.into();
+        let vertices = vertices.iter().zip(&placed).zip(numbers);
+        self.wood_vertices.extend(vertices.map(|((vertex, &(origin, at)), look_width)| PackedWood {
+            position_xy: at[0] | at[1] << 16,
+            position_z_normal: at[2] | normal_bits(vertex.normal) << 16,
+            uv: uv_bits(vertex.uv, &wood_look(origin, vertex)),
+            look_width,
         }));
     }
+}
+
+/// The look of a vertex of the wood, without the stem's width.
+fn wood_look(origin: Vec3, vertex: &WoodVertex) -> LookRecord {
+    LookRecord {
+        origin: origin.to_array(),
+        material: vertex.material,
+        color: vertex.color,
+        size: 0.0,
+        uv_low: ((Vec2::from(vertex.uv) / WOOD_UV).floor() * WOOD_UV).to_array(),
+        uv_size: [WOOD_UV; 2],
+        shown: [1.0; 2],
+        padding: [0.0; 2],
+    }
+}
+
+/// A width in steps as 15 bits of its logarithm, and its sign; the largest for an infinite one.
+fn width_bits(steps: f32) -> u32 {
+    let code = ((steps.abs().log2() - LEAST_WIDTH) * WIDTH_STEPS).round().clamp(0.0, f32::from(i16::MAX));
+    code as u32 | u32::from(steps.is_sign_negative()) << 15
 }
 
 /// The look of a leaf whose corners have the texture coordinates `uvs`.
@@ -453,19 +474,40 @@ mod tests {
     }
 
     #[test]
-    fn wood_stays_within_a_millionth_and_has_a_look_for_each_range_of_its_texture() {
-        let upload = upload(1, |_| 2, |_| 0.1);
+    fn wood_stays_within_two_millionths_and_has_a_look_for_each_range_of_its_texture() {
+        let mut upload = upload(1, |_| 2, |_| 0.1);
+        let widths = [-0.3, 0.002, 5.0];
+        upload.wood_vertices.iter_mut().zip(widths).for_each(|(vertex, width)| vertex.width = width);
         let packed = Packed::new(upload.clone());
         for (bits, vertex) in packed.wood_vertices.iter().zip(&upload.wood_vertices) {
-            let look = packed.looks[bits.look as usize];
+            let look = packed.looks[(bits.look_width & 0xffff) as usize];
             let ([x, y], [z, _]) = (halves(bits.position_xy), halves(bits.position_z_normal));
             let position = Vec3::from(look.origin) + Vec3::new(x, y, z) * packed.packing.wood_step;
-            assert!((position - Vec3::from(vertex.position)).abs().max_element() < 2e-5, "{position}");
+            assert!((position - Vec3::from(vertex.position)).abs().max_element() < 4e-5, "{position}");
             let uv = Vec2::from(look.uv_low) + Vec2::from(halves(bits.uv)) / 65535.0 * Vec2::from(look.uv_size);
             assert!((uv - Vec2::from(vertex.uv)).abs().max_element() < 4e-5, "{uv}");
             assert!(normal_of(bits.position_z_normal >> 16).dot(vertex.normal.into()) > 0.9999);
-            assert_eq!((look.material, look.color, look.size), (vertex.material, vertex.color, vertex.width));
+            assert_eq!((look.material, look.color), (vertex.material, vertex.color));
+            let code = bits.look_width >> 16;
+            let width = ((code & 0x7fff) as f32 / WIDTH_STEPS + LEAST_WIDTH).exp2() * packed.packing.wood_step;
+            let width = if code >> 15 == 1 { -width } else { width };
+            assert!((width / vertex.width - 1.0).abs() < 1.4e-3, "{width} {}", vertex.width);
         }
+    }
+
+    #[test]
+    fn wood_of_very_many_looks_keeps_them_all() {
+        let mut upload = upload(1, |_| 2, |_| 0.1);
+        let vertex = upload.wood_vertices[0];
+        let colored = |i: u32| WoodVertex { color: [i as f32; 3], width: 0.5, ..vertex };
+        upload.wood_vertices = (0..70_000).map(colored).collect();
+        let packed = Packed::new(upload);
+        assert_eq!(packed.packing.widths_in_looks, 1);
+        for (i, bits) in packed.wood_vertices.iter().enumerate() {
+            let look = packed.looks[bits.look_width as usize];
+            assert_eq!((look.color, look.size), ([i as f32; 3], 0.5));
+        }
+        assert_eq!([0.0, f32::INFINITY, -0.0].map(width_bits), [0, 0x7fff, 0x8000]);
     }
 
     #[test]

@@ -60,6 +60,12 @@ pub const RUN_QUADS: u32 = 64;
 /// Value of [`PackingRecord::first_color`] and [`PackingRecord::first_look`] if there are none.
 pub const NO_EXTRA: u32 = u32::MAX;
 
+/// Logarithm to the base 2 of the least width of a stem, in steps of the wood's grid: nothing.
+pub const LEAST_WIDTH: f32 = -44.0;
+
+/// Codes of widths per octave: 128 octaves in 15 bits.
+pub const WIDTH_STEPS: f32 = 256.0;
+
 /// Bits of a packed normal for a vector without a direction.
 pub const NO_NORMAL: u32 = 0x8080;
 
@@ -148,7 +154,7 @@ pub struct LookRecord {
     /// Linear colour factor.
     pub color: [f32; 3],
     /// Unit of offsets from a leaf's pivot; for wood, the width of the stem (see
-    /// [`Stems::widths`](super::Stems::widths)).
+    /// [`Stems::widths`](super::Stems::widths)) if widths are in looks.
     pub size: f32,
     /// Lowest texture coordinates.
     pub uv_low: [f32; 2],
@@ -177,6 +183,8 @@ pub struct PackingRecord {
     /// Extra with the first leaf's look, if there are too many for the leaves' records. Otherwise
     /// [`NO_EXTRA`].
     pub first_look: u32,
+    /// 1 if wood has so many looks that the widths of stems are in them, otherwise 0.
+    pub widths_in_looks: u32,
 }
 
 /// One vertex of the wood, as `wood_pass.wgsl` reads it.
@@ -189,8 +197,9 @@ pub struct PackedWood {
     pub position_z_normal: u32,
     /// Texture coordinates, unsigned 16-bit fractions of [`LookRecord::uv_size`].
     pub uv: u32,
-    /// Number of the look.
-    pub look: u32,
+    /// Number of the look, 16 bits, and the width of the stem: 15 bits of its logarithm, and its
+    /// sign. With [`PackingRecord::widths_in_looks`], the number of the look alone.
+    pub look_width: u32,
 }
 
 /// One event of the timeline as `leaf_pass.wgsl` reads it.

@@ -8,7 +8,7 @@ use super::{
     landscape::{FLOOR_FROM, ZENITH_FROM},
     light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
     look::{Coloring, Look, Variant},
-    records::{LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS},
+    records::{LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS, WIDTH_STEPS},
     shader::{ShaderSource, wrap_number},
     sun::DEPTH_RADII,
 };
@@ -141,6 +141,8 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("RUN_CORNERS", 4 * RUN_QUADS)
         .constant_u32("NO_EXTRA", NO_EXTRA)
         .constant_u32("NO_NORMAL", NO_NORMAL)
+        .constant_f32("LEAST_WIDTH", LEAST_WIDTH)
+        .constant_f32("WIDTH_STEPS", WIDTH_STEPS)
         .constant_bool("FADES_BY_ALPHA", look.fades_by_alpha())
         .constant_bool("FADES_SMOOTHLY", look.effects.fade.is_some_and(|fade| fade.smooth))
         .constant_vec3("BRANCH_WAVE_ALONG", wind::BRANCH_WAVES[0])
@@ -163,8 +165,8 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .with_body(body)
 }
 
-const NO_SHADOW: &str = "fn sunlit(position: vec3<f32>) -> f32 { return 1.0; }\n";
-const NO_FADE: &str = "fn fade_share(leaf: u32, instance: Instance) -> f32 { return 1.0; }\n";
+const NO_SHADOW: &str = "fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 { return 1.0; }\n";
+const NO_FADE: &str = "fn fade_share(leaf: u32, instance: u32) -> f32 { return 1.0; }\n";
 const NO_CONTRAST: &str = "fn toned(color: vec3<f32>, instance: u32) -> vec3<f32> { return color; }\n";
 const NO_WIND: &str = "\
 fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> { return rest; }

@@ -18,6 +18,8 @@ use crate::{
 pub(super) struct ModelBuffers {
     pub(super) bindings: wgpu::BindGroup,
     pub(super) wood: Option<WoodBuffers>,
+    /// Size of the bound buffers in bytes.
+    bytes: u64,
 }
 
 /// Vertex and index buffer of a model's wood.
@@ -70,7 +72,14 @@ impl ModelBuffers {
             layout,
             entries: &entries,
         });
-        Ok(Self { bindings, wood: wood(&fill, packed)? })
+        let bytes = buffers.iter().map(|(_, buffer)| buffer.size()).sum();
+        Ok(Self { bindings, wood: wood(&fill, packed)?, bytes })
+    }
+
+    /// Size in bytes of the buffers of the leaves and of the wood.
+    pub(super) fn bytes(&self) -> [u64; 2] {
+        let wood = self.wood.as_ref().map_or(0, |wood| wood.vertices.size() + wood.indices.size());
+        [self.bytes, wood]
     }
 }
 

@@ -79,6 +79,9 @@ pub struct FoliageRenderer {
 pub struct Diagnostics {
     /// Number of loaded models.
     pub models: usize,
+    /// Total size in bytes of the models' buffers: of leaves with their timelines, and of wood.
+    /// What both need, such as materials and looks, counts as leaves; textures are not counted.
+    pub model_bytes: [u64; 2],
     /// Variants of the leaf pass that have pipelines.
     pub leaf_variants: Vec<Variant>,
     /// Variants of the wood pass that have pipelines.
@@ -167,6 +170,11 @@ impl FoliageRenderer {
         let bounds = self.ranges.initial_range();
         Diagnostics {
             models: self.models.len(),
+            model_bytes: self
+                .models
+                .values()
+                .map(ModelBuffers::bytes)
+                .fold([0; 2], |sum, of| [0, 1].map(|i| sum[i] + of[i])),
             leaf_variants: self.picture.compiled(Part::Leaves),
             wood_variants: self.picture.compiled(Part::Wood),
             passes: shadow.chain(self.landscape.iter().map(|_| "landscape")).chain(motion).collect(),
