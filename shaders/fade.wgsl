@@ -1,6 +1,6 @@
 // The effect `fade` by alpha: a leaf at the end of the prefix covers only a fraction of a pixel's
 // samples.
 
-fn fade_share(leaf: u32, instance: Instance) -> f32 {
-    return presence(leaf, instance);
+fn fade_share(leaf: u32, instance: u32) -> f32 {
+    return presence(leaf, instances[instance]);
 }

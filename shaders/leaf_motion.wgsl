@@ -2,6 +2,9 @@
 
 @vertex
 fn leaf_motion(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>) -> Moving {
-    let before = vec2(instances[item.x].before, item.y);
-    return moving(leaf_surface(corner, item), leaf_surface(corner, before));
+    let before = vec2(frame.plants + item.x, item.y);
+    return moving(
+        leaf_surface(corner, item, frame.clip_from_anchor),
+        leaf_surface(corner, before, frame.clip_from_anchor_before),
+    );
 }

@@ -24,15 +24,14 @@ fn moving(now: Surface, before: Surface) -> Moving {
 
 @fragment
 fn motion(moving: Moving) -> @location(0) vec2<f32> {
-    let instance = instances[moving.instance];
     // A leaf that fades by alpha is drawn if at least half present.
-    if is_hole(materials[moving.material], moving.uv, moving.uv_size, moving.seed) || fade_share(moving.leaf, instance) < 0.5 {
+    if is_hole(materials[moving.material], moving.uv, moving.uv_size, moving.seed) || fade_share(moving.leaf, moving.instance) < 0.5 {
         discard;
     }
     if moving.before.z <= 0.0 {
         // The point was behind the eye in the previous frame.
         return vec2(0.0);
     }
-    let now = moving.now.xy / moving.now.z - instance.jitter;
+    let now = moving.now.xy / moving.now.z - frame.jitter;
     return (now - moving.before.xy / moving.before.z) * vec2(0.5, -0.5);
 }

@@ -5,8 +5,8 @@
 const TAPS = 3;
 const FADE_FROM = 0.85;
 
-@group(2) @binding(3) var shadow_map: texture_depth_2d;
-@group(2) @binding(4) var shadow_sampler: sampler_comparison;
+@group(2) @binding(2) var shadow_map: texture_depth_2d;
+@group(2) @binding(3) var shadow_sampler: sampler_comparison;
 
 // Fraction of sunlight at a point in the sun's clip space; 1 beyond the map.
 fn shadow_share(light: vec3<f32>) -> f32 {

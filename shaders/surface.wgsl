@@ -3,19 +3,32 @@
 // Local space is plant space with its origin at the plant's centre, so that the precision of f32
 // does not depend on where a file places the plant.
 
+// What all plants of the frame share. Anchor space is world space with its origin at the frame's
+// anchor, a point in view.
+struct Frame {
+    clip_from_anchor: mat4x4<f32>,
+    // In the previous frame, from that frame's anchor space; only used for motion vectors.
+    clip_from_anchor_before: mat4x4<f32>,
+    light_from_anchor: mat4x4<f32>,
+    // Position of the eye in anchor space.
+    eye: vec3<f32>,
+    // Number of plants; the records of the previous frame follow theirs.
+    plants: u32,
+    // Jitter of the picture, in clip space.
+    jitter: vec2<f32>,
+}
+
 // One plant to draw.
 struct Instance {
-    clip_from_local: mat4x4<f32>,
-    eye_local: vec3<f32>,
+    // Rows of the transform from local space to anchor space.
+    anchor_from_local: array<vec4<f32>, 3>,
+    active_count: u32,
     // Fractional part of the active count.
     fraction: f32,
-    // Unit vector towards the sun, in local space.
-    sun_local: vec3<f32>,
-    active_count: u32,
-    // Unit vector upwards, in local space.
-    up_local: vec3<f32>,
-    // One past the last index of the last leaf drawn.
-    index_end: u32,
+    // Number of leaves that are in transition at once.
+    window: f32,
+    // Factor applied to every leaf's drawn scale.
+    leaf_scale: f32,
     // Index of the first of this plant's own drawn scales, or NO_SCALES if they come from the
     // timeline.
     first_scale: u32,
@@ -23,14 +36,6 @@ struct Instance {
     first_partial: u32,
     // Number of leaves to draw.
     drawn: u32,
-    // Number of leaves that are in transition at once.
-    window: f32,
-    // Factor applied to every leaf's drawn scale.
-    leaf_scale: f32,
-    // Index of the plant's record for the previous frame; only used for motion vectors.
-    before: u32,
-    // Jitter of the picture, in clip space.
-    jitter: vec2<f32>,
     // Least width of a drawn stem, in local space.
     stem_width: f32,
 }
@@ -56,6 +61,7 @@ struct Material {
 @group(0) @binding(2) var textures: texture_2d_array<f32>;
 @group(0) @binding(3) var filtering: sampler;
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
+@group(1) @binding(2) var<uniform> frame: Frame;
 
 // Samples per pixel; coverage determines how many of them are covered.
 override SAMPLES: u32 = 1u;
@@ -80,6 +86,11 @@ struct Surface {
     @location(8) @interpolate(flat) uv_size: vec2<f32>,
     // Seed of the surface's partial coverage, like a fraction of 2^32; 0 for wood.
     @location(9) @interpolate(flat) seed: u32,
+    // In local space: position of the eye, and unit vectors towards the sun and upwards. They are
+    // the same for the whole plant, so vertices compute them.
+    @location(10) @interpolate(flat) eye: vec3<f32>,
+    @location(11) @interpolate(flat) towards_sun: vec3<f32>,
+    @location(12) @interpolate(flat) upwards: vec3<f32>,
 }
 
 // Position and normal of a leaf's vertex after scaling and wind.
@@ -95,15 +106,14 @@ struct Shaded {
 
 fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     let material = materials[surface.material];
-    let instance = instances[surface.instance];
     let texel = texel(material, surface.uv, surface.uv_size, surface.seed);
     var coverage = texel.coverage * surface.share;
     var dither = texel.dither;
     if surface.share < 1.0 {
-        dither = hash(vec3<i32>(floor(surface.position_local / instance.stem_width)));
+        dither = hash(vec3<i32>(floor(surface.position_local / instances[surface.instance].stem_width)));
     }
     if is_leaf {
-        coverage *= fade_share(surface.leaf, instance);
+        coverage *= fade_share(surface.leaf, surface.instance);
     }
     let samples = covered_samples(coverage, dither, surface.seed);
     if samples == 0u {
@@ -111,11 +121,11 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     }
     let lit = Lit(
         surface.normal,
-        surface.position_local - instance.eye_local,
+        surface.position_local - surface.eye,
         (surface.position_local - crown.center_local) * crown.inverse_half_size,
         crown.inverse_half_size,
-        instance.sun_local,
-        instance.up_local,
+        surface.towards_sun,
+        surface.upwards,
         is_leaf,
         is_leaf || material.is_two_sided == 1u,
         sunlit(surface.position_local, surface.instance),
@@ -129,6 +139,30 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
         }
     }
     return Shaded(vec4(encoded(color), 1.0), samples);
+}
+
+fn in_anchor_space(position_local: vec3<f32>, instance: Instance) -> vec3<f32> {
+    let rows = instance.anchor_from_local;
+    let position = vec4(position_local, 1.0);
+    return vec3(dot(rows[0], position), dot(rows[1], position), dot(rows[2], position));
+}
+
+// A surface of a plant, with the plant's index, eye and light alone.
+fn surface_of(number: u32, instance: Instance) -> Surface {
+    var surface: Surface;
+    let rows = instance.anchor_from_local;
+    // Without the size of the plant, whose powers may leave the range of f32.
+    let size = length(rows[0].xyz);
+    let x = rows[0].xyz / size;
+    let y = rows[1].xyz / size;
+    let z = rows[2].xyz / size;
+    let adjugate = mat3x3(cross(y, z), cross(z, x), cross(x, y));
+    let local_from_world = adjugate * (1.0 / dot(x, adjugate[0]));
+    surface.instance = number;
+    surface.eye = local_from_world * ((frame.eye - vec3(rows[0].w, rows[1].w, rows[2].w)) / size);
+    surface.towards_sun = unit(local_from_world * TOWARDS_SUN);
+    surface.upwards = unit(local_from_world[1]);
+    return surface;
 }
 
 // Presence of a leaf from 0 to 1, as a fraction of its area or of its alpha.

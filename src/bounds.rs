@@ -88,7 +88,7 @@ impl Sphere {
 
 /// Largest factor by which a transform scales lengths along its axes.
 pub(crate) fn largest_scale(transform: &DAffine3) -> f64 {
-    (0..3).map(|axis| transform.matrix3.col(axis).length()).fold(0.0, f64::max)
+    (0..3).map(|axis| transform.matrix3.col(axis).length_squared()).fold(0.0, f64::max).sqrt()
 }
 
 #[cfg(test)]

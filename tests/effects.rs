@@ -122,7 +122,7 @@ fn disabled_effects_have_no_buffers_passes_or_shader_code() {
         ("crown_normals", vec![], vec![plain], plain),
         ("wind", vec!["sways"], vec![Variant { wind: true, ..plain }], Variant { wind: true, ..plain }),
         ("translucency", vec![], vec![plain], plain),
-        ("shadow", vec!["lights", "shadow map"], vec![plain], plain),
+        ("shadow", vec!["shadow map"], vec![plain], plain),
         ("sky", vec![], vec![plain], plain),
     ];
     for ((name, effects), (_, buffers, leaves, wood)) in all().each().zip(expected) {

@@ -12,7 +12,7 @@ use foliage_lod::{
     gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
     simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
-    software::{DrawList, DrawOptions, Image, Painter},
+    software::{DrawList, DrawOptions, Image, Painter, Placed},
 };
 use glam::{DAffine3, DVec3};
 
@@ -92,6 +92,21 @@ fn the_gpu_draws_what_the_cpu_draws() {
 }
 
 #[test]
+fn a_mirrored_and_stretched_plant_is_lit_as_on_the_cpu() {
+    let model = model("betula-populifolia", 400);
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    let camera = camera(&model);
+    let stretched = DAffine3::from_scale(DVec3::new(-1.0, 0.7, 1.4)) * DAffine3::from_rotation_y(0.8);
+    let drawn = stage.picture(&camera, &[Instance { world_from_plant: stretched, ..stage.at_origin(400.0) }]);
+    let list = DrawList::of_model(&model, 400);
+    let painter = Painter::new(&model.materials, &model.textures).unwrap();
+    let (placed, options) = ([Placed::new(&list, stretched)], DrawOptions::default());
+    let painted = painter.draw_placed(&placed, &camera.camera(SIZE[1]), SIZE, &options).unwrap();
+    let (mean, percentile) = difference(&drawn, &painted);
+    assert!(mean < 3.0 && percentile < 40, "{mean} {percentile}");
+}
+
+#[test]
 fn scales_that_the_plant_keeps_and_those_of_the_timeline_give_the_same_bytes() {
     let model = model("betula-populifolia", 300);
     let Some(mut stage) = Stage::new(&[&model]) else { return };
@@ -126,6 +141,18 @@ fn between_two_counts_pictures_pass_from_one_to_the_other() {
     for pair in steps.windows(2) {
         assert!(difference(&pair[0], &pair[1]).0 < 0.5 * whole, "the picture jumps within one leaf");
     }
+}
+
+#[test]
+fn a_model_takes_72_bytes_for_each_leaf_that_is_a_quad_and_16_for_each_vertex_of_wood() {
+    let model = model("english-oak", 900);
+    let Some(stage) = Stage::new(&[&model]) else { return };
+    let [leaves, wood] = stage.foliage.diagnostics().model_bytes;
+    println!("{leaves} bytes for 900 leaves, {wood} for {} vertices of wood", model.wood.vertices.len());
+    // The rest are looks, nearly all of them of the wood: 2 bytes for each of its vertices.
+    let looks = leaves - 72 * 900;
+    assert!(looks < 2 * model.wood.vertices.len() as u64, "{looks}");
+    assert_eq!(wood, (16 * model.wood.vertices.len() + 4 * model.wood.indices.len()) as u64);
 }
 
 #[test]

@@ -7,8 +7,8 @@ use foliage_lod::{
     draw::{
         Variant,
         records::{
-            CrownRecord, Event, InstanceRecord, LandscapeRecord, LeafRecord, LeafVertex, MaterialRecord, MotionRays,
-            Tone, bindings,
+            CrownRecord, Event, FrameRecord, InstanceRecord, LandscapeRecord, LookRecord, MaterialRecord, MotionRays,
+            PackedCorner, PackedLeaf, PackingRecord, Tone, bindings,
         },
         shaders,
     },
@@ -69,22 +69,29 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
             InstanceRecord,
             "Instance",
             [
-                clip_from_local,
-                eye_local,
-                fraction,
-                sun_local,
+                anchor_from_local,
                 active_count,
-                up_local,
-                index_end,
+                fraction,
+                window,
+                leaf_scale,
                 first_scale,
                 first_partial,
                 drawn,
-                window,
-                leaf_scale,
-                before,
-                jitter,
                 stem_width
             ]
+        );
+        assert_layout!(
+            &module,
+            FrameRecord,
+            "Frame",
+            [clip_from_anchor, clip_from_anchor_before, light_from_anchor, eye, plants, jitter]
+        );
+        assert_layout!(&module, LookRecord, "Look", [origin, material, color, size, uv_low, uv_size, shown]);
+        assert_layout!(
+            &module,
+            PackingRecord,
+            "Packing",
+            [grid_step, wood_step, quads_per_leaf, first_color, first_look, widths_in_looks]
         );
         assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size]);
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);
@@ -93,8 +100,8 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     let module = parsed(&shaders::leaf_pass(&look, all));
     assert_layout!(&module, Tone, "Tone", [mean, kept]);
     assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, phases, flutter]);
-    assert_layout!(&module, LeafVertex, "LeafVertex", [position, normal, uv, color, leaf]);
-    assert_layout!(&module, LeafRecord, "LeafRecord", [pivot, material, first_event, end_event, uv_size, seed]);
+    assert_layout!(&module, PackedCorner, "LeafCorner", [offset_xy, offset_z_normal, uv]);
+    assert_layout!(&module, PackedLeaf, "LeafRecord", [pivot_xy, pivot_z_seed, first_event, color_look]);
     assert_layout!(&module, Event, "Event", [leaf, scale]);
     parsed(&shaders::backdrop_pass());
     let shadowed = Look {
@@ -132,15 +139,17 @@ fn every_binding_has_the_number_that_rust_gives_it() {
         ("materials", MODEL, MATERIALS),
         ("textures", MODEL, TEXTURES),
         ("filtering", MODEL, SAMPLER),
-        ("vertices", MODEL, LEAF_VERTICES),
-        ("indices", MODEL, LEAF_INDICES),
+        ("corners", MODEL, LEAF_CORNERS),
+        ("packing", MODEL, PACKING),
         ("leaves", MODEL, LEAVES),
         ("events", MODEL, EVENTS),
+        ("looks", MODEL, LOOKS),
+        ("extras", MODEL, EXTRAS),
         ("instances", FRAME, INSTANCES),
         ("scales", FRAME, SCALES),
+        ("frame", FRAME, SHARED),
         ("tones", EFFECTS, TONES),
         ("sways", EFFECTS, SWAYS),
-        ("light_from_local", EFFECTS, LIGHTS),
         ("shadow_map", EFFECTS, SHADOW_MAP),
         ("shadow_sampler", EFFECTS, SHADOW_SAMPLER),
     ];

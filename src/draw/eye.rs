@@ -1,13 +1,16 @@
 //! Camera of one frame list, which computes the record of each instance.
+//!
+//! Records hold `f32` positions relative to the frame's *anchor*, a point in view that is chosen
+//! and subtracted in `f64`, so that plants far from the origin stay precise.
 
 use super::{
     facts::ModelFacts,
     instance::{Frame, Instance},
     look::Look,
-    records::{InstanceRecord, NO_SCALES},
+    records::{FrameRecord, InstanceRecord, NO_SCALES},
 };
 use crate::{Camera, bounds::largest_scale, model::Transition};
-use glam::{DAffine3, DMat4, DVec2, DVec3};
+use glam::{DAffine3, DMat4, DVec2, DVec3, Mat4};
 
 /// Camera of a frame list: the frame's own camera or the sun's.
 #[derive(Debug, Clone)]
@@ -15,8 +18,8 @@ pub struct Eye {
     /// Position of the frame's eye, from which the leaves are lit.
     at: DVec3,
     camera: Camera,
-    /// The camera's matrix, shifted by the jitter.
-    clip_from_world: DMat4,
+    scale: Scale,
+    now: Anchored,
     pub(super) seconds: f64,
     /// Jitter of the picture, in clip space.
     jitter: DVec2,
@@ -32,11 +35,12 @@ impl Eye {
         let camera = frame.camera;
         let is_still = frame.jitter_px == [0.0; 2];
         let jitter = if is_still { DVec2::ZERO } else { frame.jitter() };
-        let clip_from_world = frame.jittered().clip_from_world;
+        let jittered = frame.jittered();
         Self {
             at: camera.eye,
             camera,
-            clip_from_world,
+            scale: Scale::new(&jittered),
+            now: Anchored::new(&jittered),
             seconds: frame.seconds,
             jitter,
             before: None,
@@ -46,9 +50,11 @@ impl Eye {
 
     /// Camera of a frame for motion vectors, with the previous frame.
     pub fn of_motion(frame: &Frame) -> Self {
+        let now = Self::new(frame);
         let (camera, seconds) = frame.before.unwrap_or((frame.camera, frame.seconds));
-        let before = Before { clip_from_world: camera.clip_from_world, seconds };
-        Self { before: Some(before), ..Self::new(frame) }
+        let anchored = Anchored::new(&camera);
+        let anchored = if anchored.clip_from_anchor.is_finite() { anchored } else { now.now };
+        Self { before: Some(Before { anchored, seconds }), ..now }
     }
 
     /// The sun's camera, at the time of `frame`.
@@ -65,34 +71,50 @@ impl Eye {
         self.before.as_ref().map_or(self.seconds, |before| before.seconds)
     }
 
+    /// What all plants of the frame share. `plants` is the number of plants drawn.
+    pub(super) fn frame_record(&self, plants: u32) -> FrameRecord {
+        let before = self.before.as_ref().map_or(&self.now, |before| &before.anchored);
+        let light_from_world = self.light_from_world.unwrap_or(DMat4::IDENTITY);
+        let light_from_anchor = (light_from_world * DMat4::from_translation(self.now.anchor)).as_mat4();
+        FrameRecord {
+            clip_from_anchor: self.now.clip_from_anchor.to_cols_array_2d(),
+            clip_from_anchor_before: before.clip_from_anchor.to_cols_array_2d(),
+            light_from_anchor: light_from_anchor.to_cols_array_2d(),
+            eye: (self.at - self.now.anchor).as_vec3().to_array(),
+            plants,
+            jitter: self.jitter.as_vec2().to_array(),
+            padding: [0.0; 2],
+        }
+    }
+
+    /// Where a plant is, and how large it is on screen; `None` if its transform cannot be drawn.
+    pub(super) fn place(&self, model: &ModelFacts, instance: &Instance) -> Option<Place> {
+        let anchor_from_local = self.now.placed(&instance.world_from_plant, model.center)?;
+        let scale = largest_scale(&instance.world_from_plant);
+        let w = self.scale.w(instance.world_from_plant.transform_point3(model.center));
+        let nearest = (w - f64::from(model.reach) * scale * self.scale.w_slope).max(self.scale.near_w);
+        Some(Place { anchor_from_local, pixels_per_unit: scale * self.scale.pixels_per_unit / nearest })
+    }
+}
+
+/// Position and size of a plant.
+pub(super) struct Place {
+    anchor_from_local: [[f32; 4]; 3],
     /// Number of pixels covered by a length of 1, in plant units, where the plant is nearest to the
     /// camera.
-    pub(super) fn pixels_per_unit(&self, model: &ModelFacts, instance: &Instance) -> f64 {
-        let scale = largest_scale(&instance.world_from_plant);
-        let center = instance.world_from_plant.transform_point3(model.center);
-        let w = self.clip_from_world.row(3).dot(center.extend(1.0));
-        let nearest = (w - f64::from(model.reach) * scale * self.camera.w_slope()).max(self.camera.near_w());
-        scale * self.camera.pixels_per_unit() / nearest
-    }
+    pub(super) pixels_per_unit: f64,
+}
 
-    /// Width of the thinnest stem that is drawn whole, in local space.
-    pub(super) fn stem_width(&self, model: &ModelFacts, instance: &Instance, look: &Look) -> f32 {
-        (f64::from(look.thinnest_px) / self.pixels_per_unit(model, instance)) as f32
-    }
-
-    /// Computes the record of one plant, or `None` if its transform cannot be drawn. Matrices are
-    /// composed in `f64`, so that plants far from the origin stay precise.
-    pub(super) fn record(&self, model: &ModelFacts, instance: &Instance, look: &Look) -> Option<InstanceRecord> {
-        let world_from_local = instance.world_from_plant * DAffine3::from_translation(model.center);
-        let local_from_world = world_from_local.inverse();
-        let clip_from_local = (self.clip_from_world * world_from_local).as_mat4();
-        let eye_local = local_from_world.transform_point3(self.at).as_vec3();
-        if !(clip_from_local.is_finite() && eye_local.is_finite()) {
-            return None;
-        }
-        let turned =
-            |direction: DVec3| local_from_world.transform_vector3(direction).normalize_or_zero().as_vec3().to_array();
-        let leaves = model.index_ends.len() as u32;
+impl Place {
+    /// The record of the plant, which draws stems of at least `stem_width`.
+    pub(super) fn record(
+        &self,
+        model: &ModelFacts,
+        instance: &Instance,
+        look: &Look,
+        stem_width: f32,
+    ) -> InstanceRecord {
+        let leaves = model.leaves;
         let scales = instance.scales.filter(|scales| scales.leaves == leaves);
         let transition = match (scales, look.effects.fade) {
             (Some(_), _) => Transition::new(f64::from(instance.active.floor()), 1.0, leaves),
@@ -100,49 +122,89 @@ impl Eye {
             (None, None) => Transition::new(f64::from(instance.active), instance.window, leaves),
         };
         let (active_count, fraction, window) = transition.parts();
-        let drawn = transition.drawn();
-        Some(InstanceRecord {
-            clip_from_local: clip_from_local.to_cols_array_2d(),
-            eye_local: eye_local.to_array(),
-            fraction,
-            sun_local: turned(look.lighting.towards_sun.as_dvec3()),
+        InstanceRecord {
+            anchor_from_local: self.anchor_from_local,
             active_count,
-            up_local: turned(DVec3::Y),
-            index_end: drawn.checked_sub(1).map_or(0, |last| model.index_ends[last as usize]),
-            first_partial: transition.first_partial(),
+            fraction,
             window,
-            drawn,
-            first_scale: scales.map_or(NO_SCALES, |scales| scales.first),
             leaf_scale: instance.leaf_scale,
-            before: 0,
-            jitter: self.jitter.as_vec2().to_array(),
-            stem_width: model.stems.drawn(self.stem_width(model, instance, look)).width,
-            padding: [0.0; 3],
-        })
+            first_scale: scales.map_or(NO_SCALES, |scales| scales.first),
+            first_partial: transition.first_partial(),
+            drawn: transition.drawn(),
+            stem_width,
+        }
+    }
+}
+
+/// Numbers of a camera from which sizes on screen follow.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    pixels_per_unit: f64,
+    w_slope: f64,
+    near_w: f64,
+    w_row: glam::DVec4,
+}
+
+impl Scale {
+    fn new(camera: &Camera) -> Self {
+        Self {
+            pixels_per_unit: camera.pixels_per_unit(),
+            w_slope: camera.w_slope(),
+            near_w: camera.near_w(),
+            w_row: camera.clip_from_world.row(3),
+        }
+    }
+
+    fn w(&self, point: DVec3) -> f64 {
+        self.w_row.dot(point.extend(1.0))
+    }
+}
+
+/// A camera relative to its anchor: the eye, or the middle of what an orthographic projection
+/// shows, since its eye may be far away.
+#[derive(Debug, Clone, Copy)]
+struct Anchored {
+    anchor: DVec3,
+    /// Transform to clip space from world space with its origin at the anchor.
+    clip_from_anchor: Mat4,
+}
+
+impl Anchored {
+    fn new(camera: &Camera) -> Self {
+        let middle = || camera.clip_from_world.inverse().project_point3(DVec3::new(0.0, 0.0, 0.5));
+        let anchor = if camera.is_orthographic() { middle() } else { camera.eye };
+        let clip_from_anchor = (camera.clip_from_world * DMat4::from_translation(anchor)).as_mat4();
+        Self { anchor, clip_from_anchor }
+    }
+
+    /// Rows of a plant's transform from local space, whose origin is the plant's `center`; `None`
+    /// if it is not finite or not invertible, or if the camera is not finite.
+    fn placed(&self, world_from_plant: &DAffine3, center: DVec3) -> Option<[[f32; 4]; 3]> {
+        let from_anchor = world_from_plant.transform_point3(center) - self.anchor;
+        let [x, y, z] = world_from_plant.matrix3.to_cols_array_2d();
+        let rows = [0, 1, 2].map(|i| [x[i], y[i], z[i], from_anchor[i]].map(|value| value as f32));
+        let is_finite = self.clip_from_anchor.is_finite() && rows.as_flattened().iter().all(|value| value.is_finite());
+        (is_finite && world_from_plant.matrix3.determinant() != 0.0).then_some(rows)
     }
 }
 
 /// The previous frame.
 #[derive(Debug, Clone)]
 pub(super) struct Before {
-    clip_from_world: DMat4,
+    anchored: Anchored,
     seconds: f64,
 }
 
 impl Before {
-    /// Returns `now` with the plant's transform in the previous frame, or `now` itself if that
-    /// transform cannot be drawn.
+    /// Returns the record `now` with the plant's transform in the previous frame: the first of
+    /// `world_from_plant` that can be drawn.
     pub(super) fn record(
         &self,
         model: &ModelFacts,
-        world_from_plant: &DAffine3,
+        world_from_plant: [&DAffine3; 2],
         now: &InstanceRecord,
     ) -> InstanceRecord {
-        let world_from_local = *world_from_plant * DAffine3::from_translation(model.center);
-        let clip_from_local = (self.clip_from_world * world_from_local).as_mat4();
-        if !clip_from_local.is_finite() {
-            return *now;
-        }
-        InstanceRecord { clip_from_local: clip_from_local.to_cols_array_2d(), ..*now }
+        let mut rows = world_from_plant.into_iter().filter_map(|placed| self.anchored.placed(placed, model.center));
+        InstanceRecord { anchor_from_local: rows.next().unwrap_or(now.anchor_from_local), ..*now }
     }
 }

@@ -2,7 +2,8 @@
 
 use super::{
     instance::{Instance, ModelId},
-    stems::{Levels, Stems},
+    stems::Levels,
+    upload::Upload,
 };
 use crate::{
     bounds::{Aabb, largest_scale},
@@ -20,8 +21,9 @@ pub type Facts = SlotMap<ModelId, ModelFacts>;
 pub struct ModelFacts {
     /// Origin of local space, in plant space.
     pub(crate) center: DVec3,
-    /// One past the last index of each leaf.
-    pub(crate) index_ends: Vec<u32>,
+    pub(crate) leaves: u32,
+    /// Entry n: number of quads of the first n leaves.
+    quad_ends: Vec<u32>,
     pub(crate) stems: Levels,
     /// Greatest distance from the centre at which anything is drawn, without wind.
     pub(crate) reach: f32,
@@ -35,9 +37,9 @@ pub struct ModelFacts {
 }
 
 impl ModelFacts {
-    /// Collects the facts of a valid model. `mean` is the mean shaded colour of its leaves, linear,
-    /// if contrast is enabled. O(vertices).
-    pub fn new(model: &FoliageModel, stems: &Stems, mean: [f32; 3]) -> Self {
+    /// Collects the facts of a valid model, whose records are `upload`. `mean` is the mean shaded
+    /// colour of its leaves, linear, if contrast is enabled. O(vertices).
+    pub fn new(model: &FoliageModel, upload: &Upload, mean: [f32; 3]) -> Self {
         let sphere = model.sphere();
         let reach = model.enlarged_sphere();
         let wood = model.wood.vertices.iter();
@@ -52,8 +54,9 @@ impl ModelFacts {
         }
         Self {
             center: sphere.center(),
-            index_ends: model.leaves.iter().map(|leaf| leaf.indices[1]).collect(),
-            stems: stems.levels.clone(),
+            leaves: model.leaves.len() as u32,
+            quad_ends: upload.quads().ends,
+            stems: upload.stems().clone(),
             reach: (reach.radius + reach.center().distance(sphere.center())) as f32,
             leaf_reaches,
             shape: Shape::new(&Aabb::of_points(corners().map(local))),
@@ -63,6 +66,11 @@ impl ModelFacts {
 }
 
 impl ModelFacts {
+    /// Number of quads of the first `n` leaves.
+    pub(super) fn quad_end(&self, n: u32) -> u32 {
+        self.quad_ends[n as usize]
+    }
+
     /// Centre and radius of a sphere around everything that is drawn of a plant, in world space.
     pub fn placed(&self, plant: &Instance) -> (DVec3, f64) {
         let to_world = plant.world_from_plant;

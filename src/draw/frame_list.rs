@@ -6,13 +6,14 @@ use super::{
     facts::{Facts, ModelFacts},
     instance::{Instance, ModelId, Prepared},
     look::{Look, Variant},
-    records::{InstanceRecord, RUN_INDICES, Run, Tone, runs},
+    records::{FrameRecord, InstanceRecord, RUN_QUADS, Run, Tone, runs},
 };
 use crate::effects::{
     Counts,
     wind::{Moment, Sway},
 };
-use glam::DAffine3;
+use bytemuck::Zeroable;
+use slotmap::Key;
 use std::ops::Range;
 
 /// Plants of one model that need the same shaders.
@@ -41,20 +42,58 @@ pub struct WoodDraw {
     pub corners: u32,
 }
 
-/// A plant in drawing order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Place {
-    model: ModelId,
-    variant: Variant,
-    /// Number of wood indices to draw.
-    corners: u32,
+/// A plant to draw, with its position in the drawing order.
+#[derive(Debug, Clone, Copy)]
+struct Listed {
+    /// See [`key`].
+    key: u64,
     /// Index of the instance.
-    instance: usize,
+    instance: u32,
+    /// Index of its record in `unsorted`.
+    record: u32,
+}
+
+/// Bits of a sorting key below the model and the variant.
+const CUT_BITS: u32 = 30;
+
+/// Key by which plants are sorted: first by model and variant, which the leaves' draws depend on,
+/// then by the number of the wood's cut.
+fn key(model: ModelId, variant: Variant, cut: u32) -> u64 {
+    // The lower half of a model's key is its index among the models that exist.
+    let model = model.data().as_ffi() << 32;
+    let variant = u64::from(variant.wind) << 1 | u64::from(variant.contrast);
+    model | variant << CUT_BITS | u64::from(cut)
+}
+
+fn variant_of(key: u64) -> Variant {
+    Variant { wind: key >> (CUT_BITS + 1) & 1 == 1, contrast: key >> CUT_BITS & 1 == 1, alpha: false }
+}
+
+fn cut_of(key: u64) -> u32 {
+    (key & ((1 << CUT_BITS) - 1)) as u32
+}
+
+/// Sorts plants by key, keeping the order of those with the same key: byte by byte, leaving out the
+/// bytes that all have in common.
+fn sort(plants: &mut Vec<Listed>, spare: &mut Vec<Listed>) {
+    let first = plants.first().map_or(0, |plant| plant.key);
+    let differing = plants.iter().fold(0, |bits, plant| bits | (plant.key ^ first));
+    for shift in (0..u64::BITS).step_by(8).filter(|shift| differing >> shift & 255 != 0) {
+        let digit = |plant: &Listed| (plant.key >> shift & 255) as usize;
+        let mut starts = [0; 257];
+        plants.iter().for_each(|plant| starts[digit(plant) + 1] += 1);
+        (0..256).for_each(|i| starts[i + 1] += starts[i]);
+        spare.clone_from(plants);
+        for plant in &*spare {
+            plants[starts[digit(plant)]] = *plant;
+            starts[digit(plant)] += 1;
+        }
+    }
 }
 
 /// Draw lists of one frame. They are reused, so that a frame allocates nothing once they have
 /// grown.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct FrameList {
     /// One record per plant, model by model. With motion vectors, the records of the previous frame
     /// follow.
@@ -69,14 +108,37 @@ pub struct FrameList {
     pub tones: Vec<Tone>,
     /// Parallel to `records`; empty if the effect `wind` is off.
     pub sways: Vec<Sway>,
-    /// Transforms from local space to the sun's clip space, parallel to `records`; empty if the
-    /// effect `shadow` is off.
-    pub lights: Vec<[[f32; 4]; 4]>,
+    /// What all plants share.
+    pub shared: FrameRecord,
     /// Records and sways of the plants in the previous frame; appended to this frame's at the end.
     before: (Vec<InstanceRecord>, Vec<Sway>),
-    order: Vec<Place>,
+    /// Records in the order of the instances.
+    unsorted: Vec<InstanceRecord>,
+    order: Vec<Listed>,
+    /// Room to sort in.
+    spare: Vec<Listed>,
     /// Fading runs of the current batch, held until its whole runs are listed.
     fading: Vec<Run>,
+}
+
+impl Default for FrameList {
+    /// Empty lists.
+    fn default() -> Self {
+        Self {
+            records: Vec::new(),
+            shared: FrameRecord::zeroed(),
+            runs: Vec::new(),
+            batches: Vec::new(),
+            wood: Vec::new(),
+            tones: Vec::new(),
+            sways: Vec::new(),
+            before: Default::default(),
+            unsorted: Vec::new(),
+            order: Vec::new(),
+            spare: Vec::new(),
+            fading: Vec::new(),
+        }
+    }
 }
 
 impl FrameList {
@@ -85,20 +147,19 @@ impl FrameList {
         self.clear();
         let moments = look.effects.wind.map(|wind| [eye.seconds, eye.seconds_before()].map(|seconds| wind.at(seconds)));
         let mut prepared = Prepared { effects: Counts::of(&look.effects), ..Prepared::default() };
-        self.sort(look, models, eye, instances);
+        self.list(look, models, eye, instances);
+        sort(&mut self.order, &mut self.spare);
         let mut at = 0;
-        while let Some(&Place { model, variant, .. }) = self.order.get(at) {
-            let is_alike = |next: &&Place| (next.model, next.variant) == (model, variant);
+        while let Some(&first) = self.order.get(at) {
+            let is_alike = |next: &&Listed| next.key >> CUT_BITS == first.key >> CUT_BITS;
             let end = at + self.order[at..].iter().take_while(is_alike).count();
             self.batch(look, models, eye, moments.as_ref(), instances, at..end, &mut prepared);
             at = end;
         }
         prepared.instances = self.records.len() as u32;
         prepared.skipped = instances.len() as u32 - prepared.instances;
-        if eye.before.is_some() {
-            (prepared.instances..).zip(&mut self.records).for_each(|(before, record)| record.before = before);
-        }
         prepared.draws += self.wood.len() as u32;
+        self.shared = eye.frame_record(prepared.instances);
         self.records.append(&mut self.before.0);
         self.sways.append(&mut self.before.1);
         prepared
@@ -112,28 +173,29 @@ impl FrameList {
         self.wood.clear();
         self.tones.clear();
         self.sways.clear();
-        self.lights.clear();
     }
 
-    /// Sorts the plants so that plants with the same shaders are adjacent.
-    fn sort(&mut self, look: &Look, models: &Facts, eye: &Eye, instances: &[Instance]) {
+    /// Computes keys and records of all plants, in the order of `instances`, which are large: they
+    /// are read once, from front to back.
+    fn list(&mut self, look: &Look, models: &Facts, eye: &Eye, instances: &[Instance]) {
         self.order.clear();
-        let known = instances.iter().enumerate();
-        self.order.extend(known.filter_map(|(i, instance)| {
-            let model = models.get(instance.model)?;
-            let px = eye.pixels_per_unit(model, instance);
+        self.unsorted.clear();
+        for (number, instance) in (0..).zip(instances) {
+            let Some(model) = models.get(instance.model) else { continue };
+            let Some(place) = eye.place(model, instance) else { continue };
             let moves = look.effects.wind.is_some_and(|wind| {
-                let n = (instance.active as usize).min(model.index_ends.len());
+                let n = (instance.active as usize).min(model.leaves as usize);
                 let reach = wind.reach(&model.shape, model.leaf_reaches[n] * instance.leaf_scale);
-                f64::from(reach) * px > 0.5
+                f64::from(reach) * place.pixels_per_unit > 0.5
             });
-            let is_reduced = instance.active < model.index_ends.len() as f32;
+            let is_reduced = instance.active < model.leaves as f32;
             let contrast = look.effects.contrast.is_some() && is_reduced;
+            let (cut, stem_width) = model.stems.numbered((f64::from(look.thinnest_px) / place.pixels_per_unit) as f32);
             let variant = Variant { wind: moves, contrast, alpha: false };
-            let corners = model.stems.drawn(eye.stem_width(model, instance, look)).corners;
-            Some(Place { model: instance.model, variant, corners, instance: i })
-        }));
-        self.order.sort_unstable();
+            let record = self.unsorted.len() as u32;
+            self.order.push(Listed { key: key(instance.model, variant, cut), instance: number, record });
+            self.unsorted.push(place.record(model, instance, look, stem_width));
+        }
     }
 
     #[expect(clippy::too_many_arguments, reason = "one frame's worth of context, used here alone")]
@@ -147,40 +209,40 @@ impl FrameList {
         range: Range<usize>,
         prepared: &mut Prepared,
     ) {
-        let Place { model: number, variant, .. } = self.order[range.start];
+        let Listed { key, instance, .. } = self.order[range.start];
+        let number = instances[instance as usize].model;
+        let variant = variant_of(key);
         let model = &models[number];
         let first_run = self.runs.len() as u32;
         self.fading.clear();
         for i in range {
-            let place = self.order[i];
-            let instance = &instances[place.instance];
-            let Some(record) = eye.record(model, instance, look) else { continue };
+            let Listed { key, instance, record } = self.order[i];
+            let (instance, record) = (&instances[instance as usize], self.unsorted[record as usize]);
             prepared.leaves += u64::from(record.drawn);
             let at = self.records.len() as u32;
-            let split = first_fading_run(&record, model, look);
+            let end = runs(model.quad_end(record.drawn));
+            let split = first_fading_run(&record, model, look).min(end);
             self.runs.extend((0..split).map(|run| [at, run]));
-            self.fading.extend((split..runs(record.index_end)).map(|run| [at, run]));
+            self.fading.extend((split..end).map(|run| [at, run]));
             count(&mut prepared.effects, &record, variant);
             if let Some(effect) = look.effects.contrast {
-                let kept = effect.kept(instance.active, model.index_ends.len());
+                let kept = effect.kept(instance.active, model.leaves as usize);
                 self.tones.push(Tone { mean: model.mean, kept });
             }
             if let Some([now, _]) = moments {
                 self.sways.push(now.sway(&model.shape, &instance.world_from_plant));
             }
             if let Some(before) = &eye.before {
-                let world_from_plant = instance.before.unwrap_or(instance.world_from_plant);
-                self.before.0.push(before.record(model, &world_from_plant, &record));
-                self.before.1.extend(moments.map(|[_, then]| then.sway(&model.shape, &world_from_plant)));
-            }
-            if let Some(light_from_world) = eye.light_from_world {
-                let world_from_local = instance.world_from_plant * DAffine3::from_translation(model.center);
-                self.lights.push((light_from_world * world_from_local).as_mat4().to_cols_array_2d());
+                let placed = [instance.before.as_ref(), Some(&instance.world_from_plant)];
+                let placed = placed.map(|placed| placed.unwrap_or(&instance.world_from_plant));
+                self.before.0.push(before.record(model, placed, &record));
+                self.before.1.extend(moments.map(|[_, then]| then.sway(&model.shape, placed[0])));
             }
             self.records.push(record);
-            if place.corners > 0 {
-                prepared.wood_triangles += u64::from(place.corners / 3);
-                self.add_wood(&place, at);
+            let corners = model.stems.corners(cut_of(key));
+            if corners > 0 {
+                prepared.wood_triangles += u64::from(corners / 3);
+                self.add_wood(number, variant, corners, at);
             }
         }
         let whole = first_run..self.runs.len() as u32;
@@ -193,8 +255,7 @@ impl FrameList {
 
     /// Adds the wood of instance `at` to the previous draw if model, shaders and number of stems
     /// are the same; otherwise adds a new draw.
-    fn add_wood(&mut self, place: &Place, at: u32) {
-        let &Place { model, variant, corners, .. } = place;
+    fn add_wood(&mut self, model: ModelId, variant: Variant, corners: u32, at: u32) {
         match self.wood.last_mut() {
             Some(last) if (last.model, last.variant, last.corners) == (model, variant, corners) => {
                 last.instances.end = at + 1;
@@ -204,14 +265,12 @@ impl FrameList {
     }
 }
 
-/// First run with a leaf that is partly present by alpha; one past the last run if there is none.
+/// First run with a leaf that is partly present by alpha; [`u32::MAX`] if there is none.
 fn first_fading_run(record: &InstanceRecord, model: &ModelFacts, look: &Look) -> u32 {
-    let end = runs(record.index_end);
     if !look.fades_by_alpha() || record.first_partial >= record.drawn {
-        return end;
+        return u32::MAX;
     }
-    let first_index = record.first_partial.checked_sub(1).map_or(0, |last| model.index_ends[last as usize]);
-    (first_index / RUN_INDICES).min(end)
+    model.quad_end(record.first_partial) / RUN_QUADS
 }
 
 fn count(counts: &mut Counts, record: &InstanceRecord, variant: Variant) {
@@ -225,6 +284,33 @@ fn count(counts: &mut Counts, record: &InstanceRecord, variant: Variant) {
     for (count, is_simulated) in plants {
         if let Some(count) = count {
             count.add(is_simulated);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plants_are_sorted_by_key_and_those_with_the_same_key_stay_in_order() {
+        for keys in [1, 2, 7, 300, 70_000] {
+            let key = |i: u32| u64::from(i.wrapping_mul(2_654_435_761) % keys) * 0x1_0040_0001;
+            let mut plants: Vec<Listed> =
+                (0..5000).map(|i| Listed { key: key(i), instance: i, record: i / 2 }).collect();
+            let mut expected: Vec<_> = plants.iter().map(|plant| (plant.key, plant.instance)).collect();
+            expected.sort_unstable();
+            sort(&mut plants, &mut Vec::new());
+            assert!(plants.iter().map(|plant| (plant.key, plant.instance)).eq(expected), "{keys} keys");
+        }
+        sort(&mut Vec::new(), &mut Vec::new());
+    }
+
+    #[test]
+    fn a_key_tells_the_variant_and_the_cut() {
+        for variant in Variant::all().filter(|variant| !variant.alpha) {
+            let key = key(ModelId::default(), variant, 12345);
+            assert_eq!((variant_of(key), cut_of(key)), (variant, 12345));
         }
     }
 }

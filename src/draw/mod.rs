@@ -19,6 +19,9 @@ pub(crate) mod light;
 pub(crate) mod look;
 #[cfg(feature = "software")]
 pub(crate) mod mips;
+#[cfg(feature = "render")]
+pub(crate) mod packed;
+pub(crate) mod quads;
 pub(crate) mod seed;
 pub(crate) mod shader;
 pub(crate) mod stems;

@@ -2,52 +2,72 @@
 //!
 //! Tests compare each `#[repr(C)]` struct and each binding with the WGSL.
 
+/// What all plants of one frame share, as `surface.wgsl` reads it.
+///
+/// *Anchor space* is world space with its origin at the frame's anchor, a point in view.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct FrameRecord {
+    /// Transform from anchor space to clip space.
+    pub clip_from_anchor: [[f32; 4]; 4],
+    /// The same transform in the previous frame, from that frame's anchor space.
+    pub clip_from_anchor_before: [[f32; 4]; 4],
+    /// Transform from anchor space to the sun's clip space.
+    pub light_from_anchor: [[f32; 4]; 4],
+    /// Position of the eye in anchor space.
+    pub eye: [f32; 3],
+    /// Number of plants. If motion vectors are drawn, as many records follow: those of the previous
+    /// frame.
+    pub plants: u32,
+    /// Jitter of the picture, in clip space.
+    pub jitter: [f32; 2],
+    /// Padding to a multiple of 16 bytes.
+    pub padding: [f32; 2],
+}
+
 /// One plant instance, as the shaders read it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct InstanceRecord {
-    /// Transform from local space (plant space with its origin at the plant's centre) to clip
-    /// space.
-    pub clip_from_local: [[f32; 4]; 4],
-    /// Position of the eye in local space.
-    pub eye_local: [f32; 3],
-    /// Fractional part of the active count.
-    pub fraction: f32,
-    /// Unit vector towards the sun, in local space.
-    pub sun_local: [f32; 3],
+    /// Rows of the transform from local space (plant space with its origin at the plant's centre)
+    /// to anchor space (see [`FrameRecord`]).
+    pub anchor_from_local: [[f32; 4]; 3],
     /// Integer part of the active count.
     pub active_count: u32,
-    /// Unit vector upwards, in local space.
-    pub up_local: [f32; 3],
-    /// One past the last index of the last leaf drawn.
-    pub index_end: u32,
+    /// Fractional part of the active count.
+    pub fraction: f32,
+    /// Number of leaves that are in transition at once.
+    pub window: f32,
+    /// Factor applied to every leaf's drawn scale.
+    pub leaf_scale: f32,
     /// Index of the first of this plant's own drawn scales, or [`NO_SCALES`].
     pub first_scale: u32,
     /// The first leaf that may be only partly present.
     pub first_partial: u32,
     /// Number of leaves to draw.
     pub drawn: u32,
-    /// Number of leaves that are in transition at once.
-    pub window: f32,
-    /// Factor applied to every leaf's drawn scale.
-    pub leaf_scale: f32,
-    /// Index of the plant's record for the previous frame; 0 if no motion vectors are drawn.
-    pub before: u32,
-    /// Jitter of the picture, in clip space.
-    pub jitter: [f32; 2],
     /// Least width of a drawn stem, in local space; see [`Levels`](super::Levels).
     pub stem_width: f32,
-    /// Padding to a multiple of 16 bytes.
-    pub padding: [f32; 3],
 }
 
 /// Value of [`InstanceRecord::first_scale`] for a plant without drawn scales of its own; they come
 /// from the timeline.
 pub const NO_SCALES: u32 = u32::MAX;
 
-/// Number of indices in one run, which is one instance of a leaf draw. A run holds 64 two-triangle
-/// leaves.
-pub const RUN_INDICES: u32 = 384;
+/// Number of quads in one run, which is one instance of a leaf draw.
+pub const RUN_QUADS: u32 = 64;
+
+/// Value of [`PackingRecord::first_color`] and [`PackingRecord::first_look`] if there are none.
+pub const NO_EXTRA: u32 = u32::MAX;
+
+/// Logarithm to the base 2 of the least width of a stem, in steps of the wood's grid: nothing.
+pub const LEAST_WIDTH: f32 = -44.0;
+
+/// Codes of widths per octave: 128 octaves in 15 bits.
+pub const WIDTH_STEPS: f32 = 256.0;
+
+/// Bits of a packed normal for a vector without a direction.
+pub const NO_NORMAL: u32 = 0x8080;
 
 /// Mip levels between the part of a texture that a surface shows and the coarsest level that it is
 /// sampled at: a quarter of its width, since larger texels mix in what lies beside it.
@@ -63,7 +83,7 @@ pub struct Tone {
     pub kept: f32,
 }
 
-/// One vertex of a leaf as `leaf_pass.wgsl` reads it.
+/// One vertex of a leaf in an [`Upload`](super::Upload).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct LeafVertex {
@@ -79,7 +99,7 @@ pub struct LeafVertex {
     pub leaf: u32,
 }
 
-/// One leaf as `leaf_pass.wgsl` reads it.
+/// One leaf in an [`Upload`](super::Upload).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct LeafRecord {
@@ -97,6 +117,91 @@ pub struct LeafRecord {
     pub seed: u32,
 }
 
+/// One corner of a leaf's quad, as `leaf_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PackedCorner {
+    /// Offset from the pivot along x and y, each a signed 16-bit fraction of [`LookRecord::size`].
+    pub offset_xy: u32,
+    /// Offset along z, and the normal on an octahedron, two signed 8-bit fractions.
+    pub offset_z_normal: u32,
+    /// Texture coordinates, unsigned 16-bit fractions of [`LookRecord::uv_size`].
+    pub uv: u32,
+}
+
+/// One leaf, as `leaf_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PackedLeaf {
+    /// Pivot along x and y, in steps from [`LookRecord::origin`], 16 bits each.
+    pub pivot_xy: u32,
+    /// Pivot along z, and the upper half of the seed by which partial coverage is spread.
+    pub pivot_z_seed: u32,
+    /// First of the leaf's events in the timeline; they end where the next leaf's begin.
+    pub first_event: u32,
+    /// Square roots of the colour over the look's, 8 bits each, and the number of the look.
+    pub color_look: u32,
+}
+
+/// What several leaves or vertices of the wood have in common, as `packing.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LookRecord {
+    /// Origin of positions, in local space.
+    pub origin: [f32; 3],
+    /// Index into the materials.
+    pub material: u32,
+    /// Linear colour factor.
+    pub color: [f32; 3],
+    /// Unit of offsets from a leaf's pivot; for wood, the width of the stem (see
+    /// [`Stems::widths`](super::Stems::widths)) if widths are in looks.
+    pub size: f32,
+    /// Lowest texture coordinates.
+    pub uv_low: [f32; 2],
+    /// Range of the texture coordinates.
+    pub uv_size: [f32; 2],
+    /// Width and height of the part of the texture that a leaf shows, in texture coordinates.
+    pub shown: [f32; 2],
+    /// Padding to a multiple of 16 bytes.
+    pub padding: [f32; 2],
+}
+
+/// How a model is packed, as `packing.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PackingRecord {
+    /// Step of pivots, in local space.
+    pub grid_step: f32,
+    /// Step of the wood's positions, in local space.
+    pub wood_step: f32,
+    /// Number of quads of each leaf; 0 if leaves differ, and the first extras are the leaves of all
+    /// quads.
+    pub quads_per_leaf: u32,
+    /// Extra with the colour of the first corner, if colours differ within a leaf: square roots of
+    /// the colour over the look's, 10 bits each. Otherwise [`NO_EXTRA`].
+    pub first_color: u32,
+    /// Extra with the first leaf's look, if there are too many for the leaves' records. Otherwise
+    /// [`NO_EXTRA`].
+    pub first_look: u32,
+    /// 1 if wood has so many looks that the widths of stems are in them, otherwise 0.
+    pub widths_in_looks: u32,
+}
+
+/// One vertex of the wood, as `wood_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PackedWood {
+    /// Position along x and y, in steps from [`LookRecord::origin`], 16 bits each.
+    pub position_xy: u32,
+    /// Position along z, and the normal on an octahedron, two signed 8-bit fractions.
+    pub position_z_normal: u32,
+    /// Texture coordinates, unsigned 16-bit fractions of [`LookRecord::uv_size`].
+    pub uv: u32,
+    /// Number of the look, 16 bits, and the width of the stem: 15 bits of its logarithm, and its
+    /// sign. With [`PackingRecord::widths_in_looks`], the number of the look alone.
+    pub look_width: u32,
+}
+
 /// One event of the timeline as `leaf_pass.wgsl` reads it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -107,7 +212,7 @@ pub struct Event {
     pub scale: f32,
 }
 
-/// One vertex of the wood as `wood_pass.wgsl` reads it.
+/// One vertex of the wood in an [`Upload`](super::Upload).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct WoodVertex {
@@ -145,7 +250,7 @@ pub struct MaterialRecord {
 
 /// Bounding box of the crown, as `surface.wgsl` reads it.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct CrownRecord {
     /// Centre of the box around all leaves, in local space.
     pub center_local: [f32; 3],
@@ -204,9 +309,9 @@ pub struct MotionRays {
 /// One instance of a leaf draw: the index of the plant's record, and of the run within the plant.
 pub type Run = [u32; 2];
 
-/// Number of runs in a prefix that ends before index `index_end`.
-pub fn runs(index_end: u32) -> u32 {
-    index_end.div_ceil(RUN_INDICES)
+/// Number of runs in a prefix of `quads` quads.
+pub fn runs(quads: u32) -> u32 {
+    quads.div_ceil(RUN_QUADS)
 }
 
 /// Binding numbers. Group 0 holds a model, group 1 a frame, group 2 the effects that have buffers.
@@ -226,28 +331,32 @@ pub mod bindings {
     pub const TEXTURES: u32 = 2;
     /// Sampler of the textures.
     pub const SAMPLER: u32 = 3;
-    /// Storage: vertices of all leaves.
-    pub const LEAF_VERTICES: u32 = 4;
-    /// Storage: indices of all leaves.
-    pub const LEAF_INDICES: u32 = 5;
-    /// Storage: one record for each leaf.
+    /// Storage: corners of all leaves' quads.
+    pub const LEAF_CORNERS: u32 = 4;
+    /// Uniform: how the model is packed.
+    pub const PACKING: u32 = 5;
+    /// Storage: one record for each leaf, and one after the last.
     pub const LEAVES: u32 = 6;
     /// Storage: events of the timeline.
     pub const EVENTS: u32 = 7;
+    /// Storage: looks of leaves and wood.
+    pub const LOOKS: u32 = 8;
+    /// Storage: what only some models need.
+    pub const EXTRAS: u32 = 9;
 
     /// Storage: one record for each instance.
     pub const INSTANCES: u32 = 0;
     /// Storage: drawn scales of the plants that keep their own.
     pub const SCALES: u32 = 1;
+    /// Uniform: what all plants share.
+    pub const SHARED: u32 = 2;
 
     /// Storage: mean colour and contrast of each instance.
     pub const TONES: u32 = 0;
     /// Storage: sway of each instance.
     pub const SWAYS: u32 = 1;
-    /// Storage: matrix from local space to the sun's clip space, for each instance.
-    pub const LIGHTS: u32 = 2;
     /// Depth texture of the shadow map.
-    pub const SHADOW_MAP: u32 = 3;
+    pub const SHADOW_MAP: u32 = 2;
     /// Comparison sampler of the shadow map.
-    pub const SHADOW_SAMPLER: u32 = 4;
+    pub const SHADOW_SAMPLER: u32 = 3;
 }

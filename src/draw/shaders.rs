@@ -8,7 +8,7 @@ use super::{
     landscape::{FLOOR_FROM, ZENITH_FROM},
     light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
     look::{Coloring, Look, Variant},
-    records::{LEVELS_ACROSS, NO_SCALES, RUN_INDICES},
+    records::{LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS, WIDTH_STEPS},
     shader::{ShaderSource, wrap_number},
     sun::DEPTH_RADII,
 };
@@ -134,10 +134,15 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_f32("LEAST_ALPHA", 1.0 / 255.0)
         .constant_f32("LEVELS_ACROSS", LEVELS_ACROSS)
         .constant_u32("NO_SCALES", NO_SCALES)
+        .constant_vec3("TOWARDS_SUN", look.lighting().towards_sun.normalize_or_zero())
         .constant_u32("COLORING_PICTURE", Coloring::Picture.number())
         .constant_u32("COLORING_FLAT", Coloring::Flat.number())
         .constant_u32("COLORING_ORDER", Coloring::PruneOrder.number())
-        .constant_u32("RUN_INDICES", RUN_INDICES)
+        .constant_u32("RUN_CORNERS", 4 * RUN_QUADS)
+        .constant_u32("NO_EXTRA", NO_EXTRA)
+        .constant_u32("NO_NORMAL", NO_NORMAL)
+        .constant_f32("LEAST_WIDTH", LEAST_WIDTH)
+        .constant_f32("WIDTH_STEPS", WIDTH_STEPS)
         .constant_bool("FADES_BY_ALPHA", look.fades_by_alpha())
         .constant_bool("FADES_SMOOTHLY", look.effects.fade.is_some_and(|fade| fade.smooth))
         .constant_vec3("BRANCH_WAVE_ALONG", wind::BRANCH_WAVES[0])
@@ -151,6 +156,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("PHASE_STEPS", wind::PHASE_STEPS)
         .with_part(include_str!("../../shaders/light.wgsl"))
         .with_part(include_str!("../../shaders/surface.wgsl"))
+        .with_part(include_str!("../../shaders/packing.wgsl"))
         .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
         .with_part(part(variant.contrast, include_str!("../../shaders/contrast.wgsl"), NO_CONTRAST))
         .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))
@@ -160,7 +166,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
 }
 
 const NO_SHADOW: &str = "fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 { return 1.0; }\n";
-const NO_FADE: &str = "fn fade_share(leaf: u32, instance: Instance) -> f32 { return 1.0; }\n";
+const NO_FADE: &str = "fn fade_share(leaf: u32, instance: u32) -> f32 { return 1.0; }\n";
 const NO_CONTRAST: &str = "fn toned(color: vec3<f32>, instance: u32) -> vec3<f32> { return color; }\n";
 const NO_WIND: &str = "\
 fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> { return rest; }

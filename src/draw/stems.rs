@@ -104,11 +104,22 @@ impl Levels {
     /// The stems to draw so that those at least `width` wide, in plant units, are all drawn, and
     /// the thinner ones cover as much as all of them would.
     pub fn drawn(&self, width: f32) -> DrawnStems {
+        let (number, width) = self.numbered(width);
+        DrawnStems { corners: self.corners(number), width }
+    }
+
+    /// Number of the cut that a width leads to, the more corners the higher, and the width of the
+    /// drawn stems that are thinner.
+    pub(super) fn numbered(&self, width: f32) -> (u32, f32) {
         let least = level(width);
-        let thin = self.cuts.partition_point(|cut| cut.0 >= least);
-        let corners = self.cuts.get(thin).map_or(self.all, |cut| cut.1);
+        let number = self.cuts.partition_point(|cut| cut.0 >= least) as u32;
         // A stem is drawn if its width over its random number exceeds the level below.
-        DrawnStems { corners, width: ((least - 1) as f32 / STEPS_PER_OCTAVE).exp2() }
+        (number, ((least - 1) as f32 / STEPS_PER_OCTAVE).exp2())
+    }
+
+    /// Number of corners of the stems above a cut.
+    pub(super) fn corners(&self, number: u32) -> u32 {
+        self.cuts.get(number as usize).map_or(self.all, |cut| cut.1)
     }
 }
 

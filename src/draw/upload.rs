@@ -4,6 +4,7 @@
 //! precision of `f32` does not depend on where a file places the plant.
 
 use super::{
+    quads::Quads,
     records::{CrownRecord, Event, LeafRecord, LeafVertex, WoodVertex},
     seed::seeds,
     stems::{DrawnStems, Levels, Stems},
@@ -70,7 +71,7 @@ impl Upload {
         Self::with_stems(model, &Stems::new(model))
     }
 
-    pub(crate) fn with_stems(model: &FoliageModel, stems: &Stems) -> Self {
+    fn with_stems(model: &FoliageModel, stems: &Stems) -> Self {
         let center = model.sphere().center();
         let (leaves, events) = leaf_records(model, center);
         let (wood_vertices, wood_indices) = wood(model, center, stems);
@@ -97,6 +98,15 @@ impl Upload {
     /// the width to which drawn stems that are thinner must be widened.
     pub fn wood_end(&self, width: f32) -> DrawnStems {
         self.stems.drawn(width)
+    }
+
+    /// The leaves cut into quads. O(indices).
+    pub(super) fn quads(&self) -> Quads {
+        Quads::new(&self.leaf_vertices, &self.leaf_indices, self.ends.windows(2).map(|ends| [ends[0], ends[1]]))
+    }
+
+    pub(super) fn stems(&self) -> &Levels {
+        &self.stems
     }
 
     /// Leaves grouped by material, without empty groups, for engines that draw one mesh per

@@ -47,16 +47,7 @@ impl Sight {
     /// distance is the one at which a perspective camera of [`REFERENCE_FOV_Y`] would see the
     /// sphere at the same size.
     pub fn new(camera: &Camera, center: DVec3, radius: f64) -> Self {
-        let height_px = camera.height_px as f32;
-        if camera.is_orthographic() {
-            let radius_px = radius * camera.pixels_per_unit();
-            let outline = 2.0 * radius_px / f64::from(camera.height_px);
-            let across = 1.0 / (outline * f64::from(0.5 * REFERENCE_FOV_Y).tan());
-            let distance = (radius * across.hypot(1.0)) as f32;
-            return Self { distance, radius: radius as f32, fov_y: REFERENCE_FOV_Y, height_px };
-        }
-        let distance = center.distance(camera.eye) as f32;
-        Self { distance, radius: radius as f32, fov_y: camera.fov_y() as f32, height_px }
+        SeenBy::new(camera).sight(center, radius)
     }
 
     /// Distance in radii of the bounding sphere; 0 if the distance or radius is NaN, or if the
@@ -75,6 +66,37 @@ impl Sight {
     /// Radius of the bounding sphere's outline in pixels. Infinite inside the sphere.
     pub fn radius_px(&self) -> f32 {
         self.outline() * 0.5 * self.height_px
+    }
+}
+
+/// How a camera sees any number of spheres: what does not depend on the sphere is computed once.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SeenBy {
+    eye: DVec3,
+    fov_y: f32,
+    height_px: u32,
+    /// Number of pixels covered by a length of 1; set for an orthographic projection.
+    pixels_per_unit: Option<f64>,
+}
+
+impl SeenBy {
+    pub(crate) fn new(camera: &Camera) -> Self {
+        let pixels_per_unit = camera.is_orthographic().then(|| camera.pixels_per_unit());
+        let fov_y = if pixels_per_unit.is_some() { REFERENCE_FOV_Y } else { camera.fov_y() as f32 };
+        Self { eye: camera.eye, fov_y, height_px: camera.height_px, pixels_per_unit }
+    }
+
+    /// See [`Sight::new`].
+    pub(crate) fn sight(&self, center: DVec3, radius: f64) -> Sight {
+        let distance = match self.pixels_per_unit {
+            None => center.distance(self.eye) as f32,
+            Some(pixels_per_unit) => {
+                let outline = 2.0 * radius * pixels_per_unit / f64::from(self.height_px);
+                let across = 1.0 / (outline * f64::from(0.5 * REFERENCE_FOV_Y).tan());
+                (radius * across.hypot(1.0)) as f32
+            }
+        };
+        Sight { distance, radius: radius as f32, fov_y: self.fov_y, height_px: self.height_px as f32 }
     }
 }
 

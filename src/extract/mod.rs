@@ -9,7 +9,7 @@
 //! one plant on screen. If scales are looked up in a [`Timeline`](crate::model::Timeline) instead,
 //! `n` is all that a plant needs.
 
-mod lod;
+pub(crate) mod lod;
 pub(crate) mod swap;
 
 pub use lod::{

@@ -25,12 +25,15 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
         (MATERIALS, fragment, storage),
         (TEXTURES, fragment, texture),
         (SAMPLER, fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-        (LEAF_VERTICES, vertex, storage),
-        (LEAF_INDICES, vertex, storage),
+        (LEAF_CORNERS, vertex, storage),
+        (PACKING, vertex, uniform),
         (LEAVES, vertex, storage),
         (EVENTS, vertex, storage),
+        (LOOKS, vertex, storage),
+        (EXTRAS, vertex, storage),
     ];
-    let frame = [(INSTANCES, vertex | fragment, storage), (SCALES, vertex, storage)];
+    let frame =
+        [(INSTANCES, vertex | fragment, storage), (SCALES, vertex, storage), (SHARED, vertex | fragment, uniform)];
     let mut of_effects = Vec::new();
     if effects.contrast.is_some() {
         of_effects.push((TONES, fragment, storage));
@@ -40,7 +43,6 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
     }
     let mut layouts = vec![layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)];
     if effects.shadow.is_some() {
-        of_effects.push((LIGHTS, fragment, storage));
         of_effects.extend(MAP_BINDINGS);
     }
     if !of_effects.is_empty() {

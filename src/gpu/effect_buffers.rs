@@ -10,7 +10,7 @@ use crate::{
         frame_list::FrameList,
         records::{
             Tone,
-            bindings::{LIGHTS, SWAYS, TONES},
+            bindings::{SWAYS, TONES},
         },
     },
     effects::{Effects, wind::Sway},
@@ -25,7 +25,6 @@ pub(super) struct EffectBuffers {
 }
 
 struct Shadow {
-    lights: wgpu::Buffer,
     map: ShadowMap,
     /// Bind group of the map alone, for the landscape pass.
     bindings: wgpu::BindGroup,
@@ -43,7 +42,6 @@ impl EffectBuffers {
         let tones = effects.contrast.map(|_| buffer(device, "foliage tones", storage, size_of::<Tone>() as u64));
         let sways = effects.wind.map(|_| buffer(device, "foliage sways", storage, size_of::<Sway>() as u64));
         let shadow = map.map(|map| Shadow {
-            lights: buffer(device, "foliage lights", storage, size_of::<[[f32; 4]; 4]>() as u64),
             bindings: device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("shadow map"),
                 layout: &map_layout(device),
@@ -59,13 +57,12 @@ impl EffectBuffers {
     pub(super) fn labels(&self) -> Vec<&'static str> {
         let tones = self.tones.iter().map(|_| "tones");
         let sways = self.sways.iter().map(|_| "sways");
-        tones.chain(sways).chain(self.shadow.iter().flat_map(|_| ["lights", "shadow map"])).collect()
+        tones.chain(sways).chain(self.shadow.iter().map(|_| "shadow map")).collect()
     }
 
     /// Total size in bytes of all effect buffers and textures.
     pub(super) fn bytes(&self) -> u64 {
         let buffers = self.tones.iter().chain(&self.sways);
-        let buffers = buffers.chain(self.shadow.iter().map(|shadow| &shadow.lights));
         let map = self.shadow.as_ref().map_or(0, |shadow| shadow.map.bytes());
         buffers.map(wgpu::Buffer::size).sum::<u64>() + map
     }
@@ -93,9 +90,6 @@ impl EffectBuffers {
         if let Some(sways) = &mut self.sways {
             is_rebound |= fill(device, queue, sways, &list.sways);
         }
-        if let Some(shadow) = &mut self.shadow {
-            is_rebound |= fill(device, queue, &mut shadow.lights, &list.lights);
-        }
         if is_rebound {
             self.bindings = bind(device, layout, self.tones.as_ref(), self.sways.as_ref(), self.shadow.as_ref());
         }
@@ -117,8 +111,7 @@ fn bind(
     shadow: Option<&Shadow>,
 ) -> wgpu::BindGroup {
     let sways = sways.map(|sways| (SWAYS, sways));
-    let lights = shadow.map(|shadow| (LIGHTS, &shadow.lights));
-    let buffers = tones.map(|tones| (TONES, tones)).into_iter().chain(sways).chain(lights);
+    let buffers = tones.map(|tones| (TONES, tones)).into_iter().chain(sways);
     let mut entries: Vec<_> = buffers
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
         .collect();

@@ -2,7 +2,7 @@
 //! the motion vectors.
 
 use super::{
-    buffers::{buffer, grow},
+    buffers::{buffer, filled, grow},
     effect_buffers::EffectBuffers,
     model_buffers::ModelBuffers,
     pipeline::Target,
@@ -17,7 +17,8 @@ use crate::{
         frame_list::FrameList,
         instance::{Instance, ModelId, Prepared},
         look::{Look, Variant},
-        records::{InstanceRecord, RUN_INDICES, Run, bindings},
+        quads::QUAD,
+        records::{FrameRecord, InstanceRecord, RUN_QUADS, Run, bindings},
     },
 };
 use slotmap::SecondaryMap;
@@ -36,7 +37,10 @@ pub(super) struct Layer {
     layouts: Vec<wgpu::BindGroupLayout>,
     pipelines: HashMap<Key, wgpu::RenderPipeline>,
     instances: wgpu::Buffer,
+    shared: wgpu::Buffer,
     runs: wgpu::Buffer,
+    /// Indices of a run's quads.
+    pattern: wgpu::Buffer,
     bindings: Option<wgpu::BindGroup>,
     pub(super) effects: Option<EffectBuffers>,
     list: FrameList,
@@ -63,7 +67,9 @@ impl Layer {
             layouts,
             pipelines: HashMap::new(),
             instances: buffer(device, "foliage instances", storage, size_of::<InstanceRecord>() as u64),
+            shared: buffer(device, "foliage frame", Usage::UNIFORM | Usage::COPY_DST, size_of::<FrameRecord>() as u64),
             runs: buffer(device, "foliage runs", Usage::VERTEX | Usage::COPY_DST, size_of::<Run>() as u64),
+            pattern: filled(device, "run of quads", Usage::INDEX, bytemuck::cast_slice(&pattern())),
             bindings: None,
             list: FrameList::default(),
             depth: Depth::default(),
@@ -117,14 +123,17 @@ impl Layer {
         let mut is_rebound = grow(device, &mut self.instances, size_of_val(&list.records[..]) as u64);
         grow(device, &mut self.runs, size_of_val(&list.runs[..]) as u64);
         queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&list.records));
+        queue.write_buffer(&self.shared, 0, bytemuck::bytes_of(&list.shared));
         queue.write_buffer(&self.runs, 0, bytemuck::cast_slice(&list.runs));
         if let (Some(effects), Some(layout)) = (&mut self.effects, self.layouts.get(2)) {
             effects.upload(device, queue, layout, list);
         }
         is_rebound |= self.bindings.is_none();
         if is_rebound {
-            let entries = [(bindings::INSTANCES, &self.instances), (bindings::SCALES, scales)]
-                .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
+            let buffers =
+                [(bindings::INSTANCES, &self.instances), (bindings::SCALES, scales), (bindings::SHARED, &self.shared)];
+            let entries =
+                buffers.map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
             self.bindings = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("foliage frame"),
                 layout: &self.layouts[1],
@@ -159,7 +168,8 @@ impl Layer {
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(bindings::MODEL, &model.bindings, &[]);
                 pass.set_vertex_buffer(0, self.runs.slice(..));
-                pass.draw(0..RUN_INDICES, runs.clone());
+                pass.set_index_buffer(self.pattern.slice(..), wgpu::IndexFormat::Uint16);
+                pass.draw_indexed(0..RUN_QUADS * QUAD.len() as u32, 0, runs.clone());
             }
         }
     }
@@ -193,6 +203,11 @@ impl Layer {
         }
         Ok(())
     }
+}
+
+/// Indices of the corners of a run's quads.
+fn pattern() -> Vec<u16> {
+    (0..RUN_QUADS as u16).flat_map(|quad| QUAD.map(|corner| 4 * quad + corner)).collect()
 }
 
 /// Variant of the wood: only the wind applies to it.

@@ -8,9 +8,8 @@ use super::{buffers::filled, texture_layers::Layers};
 use crate::{
     Error, Result,
     draw::{
+        packed::Packed,
         records::{MaterialRecord, bindings::*},
-        stems::Stems,
-        upload::Upload,
     },
     model::FoliageModel,
 };
@@ -19,6 +18,8 @@ use crate::{
 pub(super) struct ModelBuffers {
     pub(super) bindings: wgpu::BindGroup,
     pub(super) wood: Option<WoodBuffers>,
+    /// Size of the bound buffers in bytes.
+    bytes: u64,
 }
 
 /// Vertex and index buffer of a model's wood.
@@ -29,7 +30,7 @@ pub(super) struct WoodBuffers {
 }
 
 impl ModelBuffers {
-    /// Uploads `model`.
+    /// Uploads `model`, packed as `packed`.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if the model exceeds the device's limits, [`Error::Unreadable`] for a
@@ -40,20 +41,21 @@ impl ModelBuffers {
         layout: &wgpu::BindGroupLayout,
         sampler: &wgpu::Sampler,
         model: &FoliageModel,
-        stems: &Stems,
+        packed: &Packed,
     ) -> Result<Self> {
         let layers = Layers::new(device, model)?;
         let materials: Vec<MaterialRecord> =
             (0..).zip(&model.materials).map(|(i, material)| layers.material(i, material)).collect();
-        let records = Upload::with_stems(model, stems);
         let fill = Fill { device };
         let buffers = [
-            (CROWN, fill.buffer("crown", wgpu::BufferUsages::UNIFORM, &[records.crown])?),
+            (CROWN, fill.buffer("crown", wgpu::BufferUsages::UNIFORM, &[packed.crown])?),
             (MATERIALS, fill.storage("materials", &materials)?),
-            (LEAF_VERTICES, fill.storage("leaf vertices", &records.leaf_vertices)?),
-            (LEAF_INDICES, fill.storage("leaf indices", &records.leaf_indices)?),
-            (LEAVES, fill.storage("leaves", &records.leaves)?),
-            (EVENTS, fill.storage("timeline events", &records.events)?),
+            (PACKING, fill.buffer("packing", wgpu::BufferUsages::UNIFORM, &[packed.packing])?),
+            (LEAF_CORNERS, fill.storage("leaf corners", &packed.corners)?),
+            (LEAVES, fill.storage("leaves", &packed.leaves)?),
+            (EVENTS, fill.storage("timeline events", &packed.events)?),
+            (LOOKS, fill.storage("looks", &packed.looks)?),
+            (EXTRAS, fill.storage("extras of leaves", &packed.extras)?),
         ];
         let textures = layers.upload(device, queue);
         let mut entries: Vec<_> = buffers
@@ -70,17 +72,24 @@ impl ModelBuffers {
             layout,
             entries: &entries,
         });
-        Ok(Self { bindings, wood: wood(&fill, &records)? })
+        let bytes = buffers.iter().map(|(_, buffer)| buffer.size()).sum();
+        Ok(Self { bindings, wood: wood(&fill, packed)?, bytes })
+    }
+
+    /// Size in bytes of the buffers of the leaves and of the wood.
+    pub(super) fn bytes(&self) -> [u64; 2] {
+        let wood = self.wood.as_ref().map_or(0, |wood| wood.vertices.size() + wood.indices.size());
+        [self.bytes, wood]
     }
 }
 
-fn wood(fill: &Fill<'_>, records: &Upload) -> Result<Option<WoodBuffers>> {
-    if records.wood_indices.is_empty() {
+fn wood(fill: &Fill<'_>, packed: &Packed) -> Result<Option<WoodBuffers>> {
+    if packed.wood_indices.is_empty() {
         return Ok(None);
     }
     Ok(Some(WoodBuffers {
-        vertices: fill.buffer("wood vertices", wgpu::BufferUsages::VERTEX, &records.wood_vertices)?,
-        indices: fill.buffer("wood indices", wgpu::BufferUsages::INDEX, &records.wood_indices)?,
+        vertices: fill.buffer("wood vertices", wgpu::BufferUsages::VERTEX, &packed.wood_vertices)?,
+        indices: fill.buffer("wood indices", wgpu::BufferUsages::INDEX, &packed.wood_indices)?,
     }))
 }
 

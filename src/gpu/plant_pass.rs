@@ -1,10 +1,10 @@
 //! Leaf pass and wood pass: pipelines that draw many plants of one model, each at its own active
 //! count.
 //!
-//! A plant's prefix is cut into runs of [`RUN_INDICES`](crate::draw::records::RUN_INDICES) indices;
-//! the draw call has one instance for each run of each plant. The vertex shader fetches the vertex
-//! by its index, and the leaf's drawn scale from the timeline (by binary search) or from the
-//! plant's own scales. Wood is an ordinary indexed mesh.
+//! A plant's prefix is cut into runs of [`RUN_QUADS`](crate::draw::records::RUN_QUADS) quads; the
+//! draw call has one instance for each run of each plant, and the same indices for all of them. The
+//! vertex shader fetches the corner and its leaf, and the leaf's drawn scale from the timeline (by
+//! binary search) or from the plant's own scales. Wood is an ordinary indexed mesh.
 
 use super::{
     bindings::bound,
@@ -14,7 +14,7 @@ use crate::{
     Depth,
     draw::{
         look::{Coloring, Look, Variant},
-        records::{Run, WoodVertex},
+        records::{PackedWood, Run},
         shaders,
     },
 };
@@ -30,10 +30,8 @@ pub(super) enum Part {
 
 /// Instance attributes of a run: the index of the plant's record, and of the run within the plant.
 const RUN: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Uint32x2];
-/// Vertex attributes of the wood: position, normal, texture coordinates, colour, material and width
-/// of the stem.
-const WOOD: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
-    0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 3 => Float32x3, 4 => Uint32, 5 => Float32];
+/// Vertex attribute of the wood: the four numbers of a [`PackedWood`].
+const WOOD: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Uint32x4];
 
 /// Compiles the pipeline that draws `part` into `target` for one variant.
 pub(super) fn pipeline(
@@ -67,7 +65,7 @@ pub(super) fn pipeline(
     };
     let (stride, step_mode, attributes) = match part {
         Part::Leaves => (size_of::<Run>(), wgpu::VertexStepMode::Instance, &RUN[..]),
-        Part::Wood => (size_of::<WoodVertex>(), wgpu::VertexStepMode::Vertex, &WOOD[..]),
+        Part::Wood => (size_of::<PackedWood>(), wgpu::VertexStepMode::Vertex, &WOOD[..]),
     };
     PassDescription {
         name,

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! new(device, target, look)    add_model(model)   once
-//! prepare(frame, instances)    each frame: uploads 144 bytes per instance, 8 bytes per leaf run
+//! prepare(frame, instances)    each frame: uploads 80 bytes per instance, 8 bytes per leaf run
 //! render_before(encoder)       each frame with shadows: the shadow map
 //! render(pass)                 each frame: a few draw calls per model
 //! render_motion(pass)          each frame with motion vectors: as many draw calls again
@@ -38,8 +38,9 @@ use crate::{
         facts::{Facts, ModelFacts},
         instance::{Frame, Instance, ModelId, Prepared, ScalesId},
         look::{Coloring, Look, Variant},
+        packed::Packed,
         records::bindings,
-        stems::Stems,
+        upload::Upload,
     },
     effects::Effects,
     error::check_range,
@@ -78,6 +79,9 @@ pub struct FoliageRenderer {
 pub struct Diagnostics {
     /// Number of loaded models.
     pub models: usize,
+    /// Total size in bytes of the models' buffers: of leaves with their timelines, and of wood.
+    /// What both need, such as materials and looks, counts as leaves; textures are not counted.
+    pub model_bytes: [u64; 2],
     /// Variants of the leaf pass that have pipelines.
     pub leaf_variants: Vec<Variant>,
     /// Variants of the wood pass that have pipelines.
@@ -166,6 +170,11 @@ impl FoliageRenderer {
         let bounds = self.ranges.initial_range();
         Diagnostics {
             models: self.models.len(),
+            model_bytes: self
+                .models
+                .values()
+                .map(ModelBuffers::bytes)
+                .fold([0; 2], |sum, of| [0, 1].map(|i| sum[i] + of[i])),
             leaf_variants: self.picture.compiled(Part::Leaves),
             wood_variants: self.picture.compiled(Part::Wood),
             passes: shadow.chain(self.landscape.iter().map(|_| "landscape")).chain(motion).collect(),
@@ -187,9 +196,11 @@ impl FoliageRenderer {
             Some(_) => mean_leaf_color(model, &look.lighting())?,
             None => [0.0; 3],
         };
-        let stems = Stems::new(model);
-        let buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &stems)?;
-        let id = self.facts.insert(ModelFacts::new(model, &stems, mean));
+        let upload = Upload::new(model);
+        let facts = ModelFacts::new(model, &upload, mean);
+        let packed = Packed::new(upload);
+        let buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &packed)?;
+        let id = self.facts.insert(facts);
         self.models.insert(id, buffers);
         Ok(id)
     }

@@ -11,7 +11,7 @@ use super::frustum::{ALL_PLANES, Crossed, Frustum};
 use crate::{
     Camera, Error, Result,
     bounds::{Sphere, largest_scale},
-    extract::{Blend, Hysteresis, LodPolicy, Sight, fewest_leaves},
+    extract::{Blend, Hysteresis, LodPolicy, fewest_leaves, lod::SeenBy},
     model::FoliageModel,
 };
 use glam::{DAffine3, DVec3, Vec3, Vec3A};
@@ -73,20 +73,28 @@ pub struct Active {
 pub struct Grove {
     kinds: Vec<Kind>,
     plants: Vec<Plant>,
-    /// Centre of all plants; the origin of `bvh` and `Plant::reach_center`.
+    /// Parallel to `plants`: culling reads these alone.
+    reaches: Vec<Reach>,
+    /// Centre of all plants; the origin of `bvh` and `reaches`.
     anchor: DVec3,
     bvh: Bvh2,
     /// Nodes still to visit, each with the planes that it may cross.
     stack: Vec<(u32, Crossed)>,
+    /// One bit per plant, set while it is in view; all 0 between calls.
+    in_view: Vec<u64>,
 }
 
 struct Plant {
     kind: u32,
     center: DVec3,
     radius: f64,
-    reach_center: DVec3,
-    reach_radius: f64,
     hysteresis: Hysteresis,
+}
+
+/// Sphere around everything that is drawn of a plant; its centre is relative to the grove's.
+struct Reach {
+    center: DVec3,
+    radius: f64,
 }
 
 impl Grove {
@@ -96,17 +104,20 @@ impl Grove {
     /// [`Error::InvalidOption`] naming the first placement whose kind does not exist or whose
     /// transform is not finite.
     pub fn new(kinds: Vec<Kind>, placements: &[Placement]) -> Result<Self> {
-        let mut plants = Vec::with_capacity(placements.len());
+        let (mut plants, mut reaches) = (Vec::with_capacity(placements.len()), Vec::with_capacity(placements.len()));
         for (instance, placement) in placements.iter().enumerate() {
-            plants.push(plant(&kinds, placement).ok_or_else(|| invalid(instance, placement, kinds.len()))?);
+            let (plant, reach) = plant(&kinds, placement).ok_or_else(|| invalid(instance, placement, kinds.len()))?;
+            plants.push(plant);
+            reaches.push(reach);
         }
-        let low = plants.iter().map(|plant| plant.reach_center).reduce(DVec3::min).unwrap_or_default();
-        let high = plants.iter().map(|plant| plant.reach_center).reduce(DVec3::max).unwrap_or_default();
+        let low = reaches.iter().map(|reach| reach.center).reduce(DVec3::min).unwrap_or_default();
+        let high = reaches.iter().map(|reach| reach.center).reduce(DVec3::max).unwrap_or_default();
         let anchor = low.midpoint(high);
-        plants.iter_mut().for_each(|plant| plant.reach_center -= anchor);
-        let boxes: Vec<Aabb> = plants.iter().map(box_around).collect();
+        reaches.iter_mut().for_each(|reach| reach.center -= anchor);
+        let boxes: Vec<Aabb> = reaches.iter().map(box_around).collect();
         let bvh = build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut Duration::default());
-        Ok(Self { kinds, plants, anchor, bvh, stack: Vec::new() })
+        let in_view = vec![0; plants.len().div_ceil(64)];
+        Ok(Self { kinds, plants, reaches, anchor, bvh, stack: Vec::new(), in_view })
     }
 
     /// Number of plants.
@@ -129,9 +140,25 @@ impl Grove {
     ///
     /// Culling is conservative: plants are tested by their bounding spheres. A camera with a
     /// non-finite matrix sees all plants. Costs O(plants in view and along the sides of the
-    /// picture); does not allocate once `out` and the grove have reached their largest size.
+    /// picture), and one step per 64 plants; does not allocate once `out` and the grove have
+    /// reached their largest size.
     pub fn select(&mut self, camera: &Camera, out: &mut Vec<Active>) {
         out.clear();
+        self.cull(camera);
+        let seen_by = SeenBy::new(camera);
+        for (word, bits) in self.in_view.iter_mut().enumerate() {
+            let mut left = std::mem::take(bits);
+            while left != 0 {
+                let instance = 64 * word as u32 + left.trailing_zeros();
+                left &= left - 1;
+                let plant = &mut self.plants[instance as usize];
+                out.push(Active { instance, count: plant.count(&self.kinds[plant.kind as usize], &seen_by) });
+            }
+        }
+    }
+
+    /// Sets the bits of the plants in the frustum of `camera`.
+    fn cull(&mut self, camera: &Camera) {
         let frustum = Frustum::new(camera, self.anchor);
         self.stack.clear();
         if !self.plants.is_empty() {
@@ -146,35 +173,34 @@ impl Grove {
                 continue;
             }
             for slot in node.first_index..node.first_index + node.prim_count {
-                let instance = self.bvh.primitive_indices[slot as usize];
-                let plant = &mut self.plants[instance as usize];
-                if frustum.meets_sphere(crossed, plant.reach_center, plant.reach_radius) {
-                    out.push(Active { instance, count: plant.count(&self.kinds[plant.kind as usize], camera) });
+                let instance = self.bvh.primitive_indices[slot as usize] as usize;
+                let reach = &self.reaches[instance];
+                if crossed == 0 || frustum.meets_sphere(crossed, reach.center, reach.radius) {
+                    self.in_view[instance / 64] |= 1 << (instance % 64);
                 }
             }
         }
-        out.sort_unstable_by_key(|active| active.instance);
     }
 
     /// As [`select`](Self::select) with all plants, whatever the direction: for what casts shadows.
     /// O(plants).
     pub fn select_all(&mut self, camera: &Camera, out: &mut Vec<Active>) {
-        let kinds = &self.kinds;
-        let count = |plant: &mut Plant| plant.count(&kinds[plant.kind as usize], camera);
+        let (kinds, seen_by) = (&self.kinds, SeenBy::new(camera));
+        let count = |plant: &mut Plant| plant.count(&kinds[plant.kind as usize], &seen_by);
         out.clear();
         out.extend((0..).zip(&mut self.plants).map(|(instance, plant)| Active { instance, count: count(plant) }));
     }
 }
 
 impl Plant {
-    fn count(&mut self, kind: &Kind, camera: &Camera) -> f32 {
-        let sight = Sight::new(camera, self.center, self.radius);
+    fn count(&mut self, kind: &Kind, seen_by: &SeenBy) -> f32 {
+        let sight = seen_by.sight(self.center, self.radius);
         let wanted = f64::from(kind.policy.lod(&sight)) * f64::from(kind.leaves);
         self.hysteresis.follow(wanted, kind.leaves, kind.min_leaves) as f32
     }
 }
 
-fn plant(kinds: &[Kind], placement: &Placement) -> Option<Plant> {
+fn plant(kinds: &[Kind], placement: &Placement) -> Option<(Plant, Reach)> {
     let kind = kinds.get(placement.kind as usize)?;
     let to_world = placement.world_from_plant;
     let scale = largest_scale(&to_world);
@@ -182,12 +208,11 @@ fn plant(kinds: &[Kind], placement: &Placement) -> Option<Plant> {
         kind: placement.kind,
         center: to_world.transform_point3(kind.sphere.center()),
         radius: kind.sphere.radius * scale,
-        reach_center: to_world.transform_point3(kind.reach.center()),
-        reach_radius: kind.reach.radius * scale,
         hysteresis: Hysteresis::default(),
     };
-    let is_finite = to_world.is_finite() && plant.center.is_finite() && plant.reach_center.is_finite();
-    (is_finite && plant.radius.is_finite() && plant.reach_radius.is_finite()).then_some(plant)
+    let reach = Reach { center: to_world.transform_point3(kind.reach.center()), radius: kind.reach.radius * scale };
+    let is_finite = to_world.is_finite() && plant.center.is_finite() && reach.center.is_finite();
+    (is_finite && plant.radius.is_finite() && reach.radius.is_finite()).then_some((plant, reach))
 }
 
 fn invalid(instance: usize, placement: &Placement, kinds: usize) -> Error {
@@ -197,7 +222,7 @@ fn invalid(instance: usize, placement: &Placement, kinds: usize) -> Error {
 }
 
 /// Bounding box of a plant's reach, in `f32`, rounded outwards.
-fn box_around(plant: &Plant) -> Aabb {
+fn box_around(reach: &Reach) -> Aabb {
     let outwards = |corner: DVec3, up: bool| {
         let round = |exact: f64| {
             let rounded = exact as f32;
@@ -210,6 +235,6 @@ fn box_around(plant: &Plant) -> Aabb {
         };
         Vec3A::from_array(corner.to_array().map(round))
     };
-    let reach = DVec3::splat(plant.reach_radius);
-    Aabb::new(outwards(plant.reach_center - reach, false), outwards(plant.reach_center + reach, true))
+    let half_size = DVec3::splat(reach.radius);
+    Aabb::new(outwards(reach.center - half_size, false), outwards(reach.center + half_size, true))
 }

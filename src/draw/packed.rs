@@ -1,0 +1,519 @@
+//! A model in few bytes for the GPU: 72 for a leaf that is one quad, its timeline included.
+//!
+//! A corner of a leaf is an offset from the leaf's pivot, a pivot and a vertex of the wood are
+//! steps of a grid. What many of them have in common, such as the material and the range of
+//! texture coordinates, is a *look*: a row of a table.
+//!
+//! Nothing is out of range: a plant too large for one grid has more looks with other origins, and
+//! small leaves beside large ones have looks with a shorter unit of length. Rare needs take rows
+//! in `extras`: leaves of different numbers of quads, colours that differ within a leaf, leaves of
+//! more than 256 looks. Wood of more than 65,536 looks has one for each stem.
+//!
+//! Precision: offsets 1/32767 of the leaf's reach; pivots half a step, at most 1/128 of the median
+//! leaf's reach; wood two millionths of the plant, widths of stems 0.14 %; normals about half a
+//! degree; texture coordinates 1/65535 of a power of two at least as large as their range, 1/16384
+//! for wood; colours of leaves half a step of 255 of their square root.
+
+use super::{
+    quads::Quads,
+    records::{
+        CrownRecord, Event, LEAST_WIDTH, LeafVertex, LookRecord, NO_EXTRA, NO_NORMAL, PackedCorner, PackedLeaf,
+        PackedWood, PackingRecord, WIDTH_STEPS, WoodVertex,
+    },
+    upload::Upload,
+};
+use crate::bounds::Aabb;
+use glam::{DVec3, Vec2, Vec3};
+use std::collections::HashMap;
+
+/// Steps of a grid along each axis that one look covers.
+const STEPS: f64 = 65536.0;
+/// Largest number of origins along an axis; beyond it the steps grow.
+const ORIGINS: f64 = 256.0;
+/// Steps of pivots over the reach of the median leaf.
+const PIVOT_STEPS: f64 = 64.0;
+/// Range of texture coordinates that one look of the wood covers.
+const WOOD_UV: f32 = 4.0;
+/// Origins along the longest axis of the wood.
+const WOOD_ORIGINS: f64 = 4.0;
+/// Looks that a leaf's record can hold.
+const FEW_LOOKS: usize = 256;
+/// Looks that a vertex of the wood can hold beside the width of its stem.
+const MANY_LOOKS: u32 = 1 << 16;
+
+/// The buffers of one model.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Packed {
+    pub(crate) packing: PackingRecord,
+    pub(crate) crown: CrownRecord,
+    /// Four corners per quad, in drawing order.
+    pub(crate) corners: Vec<PackedCorner>,
+    /// One record per leaf, and one after the last for the end of its events.
+    pub(crate) leaves: Vec<PackedLeaf>,
+    pub(crate) events: Vec<Event>,
+    pub(crate) looks: Vec<LookRecord>,
+    pub(crate) extras: Vec<u32>,
+    /// Entry n: number of quads of the first n leaves.
+    pub(crate) quad_ends: Vec<u32>,
+    pub(crate) wood_vertices: Vec<PackedWood>,
+    pub(crate) wood_indices: Vec<u32>,
+}
+
+impl Packed {
+    /// Packs the records of a model. O(vertices + indices).
+    pub(crate) fn new(upload: Upload) -> Self {
+        let quads = upload.quads();
+        let mut looks = Looks::default();
+        let mut packed = Self { crown: upload.crown, ..Self::default() };
+        packed.pack_leaves(&upload, &quads, &mut looks);
+        packed.pack_wood(&upload, &mut looks);
+        packed.looks = looks.rows;
+        packed.events = upload.events;
+        packed.wood_indices = upload.wood_indices;
+        packed.quad_ends = quads.ends;
+        packed
+    }
+
+    fn pack_leaves(&mut self, upload: &Upload, quads: &Quads, looks: &mut Looks) {
+        let vertex = |index: u32| &upload.leaf_vertices[index as usize];
+        let corners_of = |leaf: usize| {
+            let range = quads.ends[leaf] as usize..quads.ends[leaf + 1] as usize;
+            quads.corners[range].as_flattened().iter().map(|&index| vertex(index))
+        };
+        let reaches: Vec<f32> =
+            upload.leaves.iter().enumerate().map(|(leaf, record)| reach(record.pivot, corners_of(leaf))).collect();
+        let grid = Grid::of_pivots(Aabb::of_points(upload.leaves.iter().map(|leaf| leaf.pivot)), &reaches);
+        let color = largest_color(&upload.leaf_vertices);
+        let is_even = |leaf| {
+            let mut colors = corners_of(leaf).map(|corner| corner.color);
+            let first = colors.next();
+            colors.all(|color| Some(color) == first)
+        };
+        let has_even_colors = (0..reaches.len()).all(is_even);
+        let mut numbers = Vec::with_capacity(reaches.len());
+        for (leaf, record) in upload.leaves.iter().enumerate() {
+            let reach = unit_of_length(reaches[leaf]);
+            let uvs = || corners_of(leaf).map(|corner| Vec2::from(corner.uv));
+            let (origin, pivot) = grid.place(record.pivot);
+            let look = look(origin, record.material, color, reach, uvs(), record.uv_size);
+            numbers.push(looks.number(look));
+            let even = corners_of(leaf).next().filter(|_| has_even_colors);
+            let color = even.map_or(0xff_ffff, |corner| color_bits(corner.color, color, 8));
+            self.leaves.push(PackedLeaf {
+                pivot_xy: pivot[0] | pivot[1] << 16,
+                pivot_z_seed: pivot[2] | record.seed & 0xffff_0000,
+                first_event: record.first_event,
+                color_look: color,
+            });
+            self.corners.extend(corners_of(leaf).map(|corner| packed_corner(corner, record.pivot, &look)));
+        }
+        let end = upload.leaves.last().map_or(0, |leaf| leaf.end_event);
+        self.leaves.push(PackedLeaf { first_event: end, ..bytemuck::Zeroable::zeroed() });
+        self.packing.grid_step = grid.step as f32;
+        self.packing.quads_per_leaf = quads_per_leaf(&quads.ends);
+        if self.packing.quads_per_leaf == 0 {
+            let leaves = (0_u32..).zip(quads.ends.windows(2));
+            self.extras.extend(leaves.flat_map(|(leaf, ends)| (ends[0]..ends[1]).map(move |_| leaf)));
+        }
+        self.packing.first_color = NO_EXTRA;
+        if !has_even_colors {
+            self.packing.first_color = self.extras.len() as u32;
+            let corners = quads.corners.as_flattened().iter();
+            self.extras.extend(corners.map(|&index| color_bits(vertex(index).color, color, 10)));
+        }
+        self.packing.first_look = NO_EXTRA;
+        if looks.rows.len() <= FEW_LOOKS {
+            self.leaves.iter_mut().zip(numbers).for_each(|(leaf, number)| leaf.color_look |= number << 24);
+        } else {
+            self.packing.first_look = self.extras.len() as u32;
+            self.extras.extend(numbers);
+        }
+    }
+
+    fn pack_wood(&mut self, upload: &Upload, looks: &mut Looks) {
+        let vertices = &upload.wood_vertices;
+        let grid = Grid::of_wood(Aabb::of_points(vertices.iter().map(|vertex| vertex.position)));
+        let step = grid.step as f32;
+        let placed: Vec<_> = vertices.iter().map(|vertex| grid.place(vertex.position)).collect();
+        let mut number = |(vertex, &(origin, _)): (&WoodVertex, &(Vec3, _)), size| {
+            looks.number(LookRecord { size, ..wood_look(origin, vertex) })
+        };
+        let mut numbers: Vec<u32> = vertices.iter().zip(&placed).map(|of| number(of, 0.0)).collect();
+        let is_many = numbers.iter().any(|&number| number >= MANY_LOOKS);
+        for (to, of) in numbers.iter_mut().zip(vertices.iter().zip(&placed)) {
+            let width = of.0.width;
+            *to = if is_many { number(of, width) } else { *to | width_bits(width / step) << 16 };
+        }
+        self.packing.wood_step = step;
+        self.packing.widths_in_looks = is_many.into();
+        let vertices = vertices.iter().zip(&placed).zip(numbers);
+        self.wood_vertices.extend(vertices.map(|((vertex, &(origin, at)), look_width)| PackedWood {
+            position_xy: at[0] | at[1] << 16,
+            position_z_normal: at[2] | normal_bits(vertex.normal) << 16,
+            uv: uv_bits(vertex.uv, &wood_look(origin, vertex)),
+            look_width,
+        }));
+    }
+}
+
+/// The look of a vertex of the wood, without the stem's width.
+fn wood_look(origin: Vec3, vertex: &WoodVertex) -> LookRecord {
+    LookRecord {
+        origin: origin.to_array(),
+        material: vertex.material,
+        color: vertex.color,
+        size: 0.0,
+        uv_low: ((Vec2::from(vertex.uv) / WOOD_UV).floor() * WOOD_UV).to_array(),
+        uv_size: [WOOD_UV; 2],
+        shown: [1.0; 2],
+        padding: [0.0; 2],
+    }
+}
+
+/// A width in steps as 15 bits of its logarithm, and its sign; the largest for an infinite one.
+fn width_bits(steps: f32) -> u32 {
+    let code = ((steps.abs().log2() - LEAST_WIDTH) * WIDTH_STEPS).round().clamp(0.0, f32::from(i16::MAX));
+    code as u32 | u32::from(steps.is_sign_negative()) << 15
+}
+
+/// The look of a leaf whose corners have the texture coordinates `uvs`.
+fn look(
+    origin: Vec3,
+    material: u32,
+    color: Vec3,
+    size: f32,
+    uvs: impl Iterator<Item = Vec2> + Clone,
+    shown: [f32; 2],
+) -> LookRecord {
+    let low = uvs.clone().reduce(Vec2::min).unwrap_or_default().floor();
+    let high = uvs.reduce(Vec2::max).unwrap_or_default();
+    LookRecord {
+        origin: origin.to_array(),
+        material,
+        color: color.to_array(),
+        size,
+        uv_low: low.to_array(),
+        uv_size: (high - low).to_array().map(|size| unit_of_length(size.max(1.0))),
+        shown,
+        padding: [0.0; 2],
+    }
+}
+
+/// The smallest power of two that is at least `length`.
+fn unit_of_length(length: f32) -> f32 {
+    let exponent = length.max(f32::MIN_POSITIVE).log2().ceil();
+    let unit = exponent.exp2();
+    if unit < length { (exponent + 1.0).exp2() } else { unit }.min(f32::MAX)
+}
+
+fn packed_corner(corner: &LeafVertex, pivot: [f32; 3], look: &LookRecord) -> PackedCorner {
+    let offset = (Vec3::from(corner.position) - Vec3::from(pivot)) / look.size * f32::from(i16::MAX);
+    let [x, y, z] = offset.to_array().map(|steps| u32::from(steps.round() as i16 as u16));
+    PackedCorner {
+        offset_xy: x | y << 16,
+        offset_z_normal: z | normal_bits(corner.normal) << 16,
+        uv: uv_bits(corner.uv, look),
+    }
+}
+
+/// Largest component of an offset from the pivot.
+fn reach<'a>(pivot: [f32; 3], corners: impl Iterator<Item = &'a LeafVertex>) -> f32 {
+    let pivot = Vec3::from(pivot);
+    corners.map(|corner| (Vec3::from(corner.position) - pivot).abs().max_element()).fold(0.0, f32::max)
+}
+
+/// Number of quads that every leaf has; 0 if they differ.
+fn quads_per_leaf(ends: &[u32]) -> u32 {
+    let first = ends.get(1).copied().unwrap_or(1);
+    if ends.windows(2).all(|pair| pair[1] - pair[0] == first) { first } else { 0 }
+}
+
+fn largest_color(vertices: &[LeafVertex]) -> Vec3 {
+    let largest = vertices.iter().map(|vertex| Vec3::from(vertex.color)).fold(Vec3::ZERO, Vec3::max);
+    largest.max(Vec3::splat(f32::MIN_POSITIVE))
+}
+
+/// Square roots of a colour over the largest one, with `bits` bits each.
+fn color_bits(color: [f32; 3], largest: Vec3, bits: u32) -> u32 {
+    let steps = ((1 << bits) - 1) as f32;
+    let root = |axis: usize| ((color[axis].max(0.0) / largest[axis]).sqrt() * steps).round() as u32;
+    root(0) | root(1) << bits | root(2) << (2 * bits)
+}
+
+fn uv_bits(uv: [f32; 2], look: &LookRecord) -> u32 {
+    let [u, v] = [0, 1].map(|axis| {
+        let share = (uv[axis] - look.uv_low[axis]) / look.uv_size[axis];
+        (share * f32::from(u16::MAX)).round() as u16
+    });
+    u32::from(u) | u32::from(v) << 16
+}
+
+/// A direction folded onto an octahedron, with 8 bits each for x and y: of the roundings, the one
+/// nearest to it. After Z. H. Cigolle, S. Donow, D. Evangelakos, M. Mara, M. McGuire and Q. Meyer,
+/// *A Survey of Efficient Representations for Independent Unit Vectors* (2014).
+fn normal_bits(normal: [f32; 3]) -> u32 {
+    let normal = Vec3::from(normal).normalize_or_zero();
+    if normal == Vec3::ZERO {
+        return NO_NORMAL;
+    }
+    let on_plane = normal.truncate() / normal.abs().element_sum();
+    let sign = |x: f32| if x < 0.0 { -1.0 } else { 1.0 };
+    let folded = Vec2::new((1.0 - on_plane.y.abs()) * sign(normal.x), (1.0 - on_plane.x.abs()) * sign(normal.y));
+    let steps = if normal.z < 0.0 { folded } else { on_plane } * f32::from(i8::MAX);
+    let roundings = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|up| (steps.floor() + up).min(Vec2::splat(127.0)));
+    let of = |steps: &Vec2| unfolded(*steps / f32::from(i8::MAX)).dot(normal);
+    let best = roundings.into_iter().max_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or_default();
+    u32::from(best.x as i8 as u8) | u32::from(best.y as i8 as u8) << 8
+}
+
+/// Direction of a point on the octahedron; twin of `normal_of` in `packing.wgsl`.
+fn unfolded(at: Vec2) -> Vec3 {
+    let z = 1.0 - at.x.abs() - at.y.abs();
+    let back = (-z).max(0.0);
+    let folded = |x: f32| if x < 0.0 { x + back } else { x - back };
+    Vec3::new(folded(at.x), folded(at.y), z).normalize_or_zero()
+}
+
+/// Points in steps from origins that are [`STEPS`] steps apart.
+struct Grid {
+    low: DVec3,
+    step: f64,
+}
+
+impl Grid {
+    /// Grid whose steps are small compared with leaves of these reaches.
+    fn of_pivots(bounds: Aabb, reaches: &[f32]) -> Self {
+        let mut sorted: Vec<f32> = reaches.iter().copied().filter(|&reach| reach > 0.0).collect();
+        sorted.sort_unstable_by(f32::total_cmp);
+        let wanted = sorted.get(sorted.len() / 2).map_or(f64::INFINITY, |&reach| f64::from(reach) / PIVOT_STEPS);
+        let across = f64::from(bounds.size().max_element());
+        Self::new(bounds, (across / (STEPS - 1.0)).min(wanted).max(across / (STEPS * ORIGINS)))
+    }
+
+    fn of_wood(bounds: Aabb) -> Self {
+        Self::new(bounds, f64::from(bounds.size().max_element()) / (STEPS * WOOD_ORIGINS))
+    }
+
+    fn new(bounds: Aabb, step: f64) -> Self {
+        // Both sides compute with the same step.
+        let step = f64::from((step as f32).max(f32::MIN_POSITIVE));
+        Self { low: bounds.center() - 0.5 * bounds.size().as_dvec3(), step }
+    }
+
+    /// The origin of the part that a point lies in, and its steps from there.
+    fn place(&self, point: [f32; 3]) -> (Vec3, [u32; 3]) {
+        let steps = ((Vec3::from(point).as_dvec3() - self.low) / self.step).round().max(DVec3::ZERO);
+        let part = (steps / STEPS).floor();
+        let origin = self.low + part * STEPS * self.step;
+        (origin.as_vec3(), (steps - part * STEPS).to_array().map(|steps| steps as u32))
+    }
+}
+
+/// Table of looks without repetitions.
+#[derive(Default)]
+struct Looks {
+    rows: Vec<LookRecord>,
+    numbers: HashMap<[u8; size_of::<LookRecord>()], u32>,
+}
+
+impl Looks {
+    fn number(&mut self, look: LookRecord) -> u32 {
+        *self.numbers.entry(bytemuck::cast(look)).or_insert_with(|| {
+            self.rows.push(look);
+            self.rows.len() as u32 - 1
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        Plant,
+        leaf::Vertex,
+        model::{FoliageModel, Prune, Recipe},
+        plant::WoodPart,
+        random::Random,
+    };
+
+    /// Leaves of the given numbers of triangles, each a strip as long as `reach` of its number, and
+    /// one triangle of wood.
+    fn upload(leaves: u32, triangles: impl Fn(u32) -> u32, reach: impl Fn(u32) -> f32) -> Upload {
+        let mut random = Random::new(1);
+        let mut unit = move || (random.bits() >> 44) as f32 / (1 << 20) as f32;
+        let mut plant = Plant { materials: vec![Default::default(); 2], ..Plant::default() };
+        for leaf in 0..leaves {
+            let pivot = [10.0 * unit(), 8.0 * unit(), -10.0 * unit()];
+            let corners = triangles(leaf) + 2;
+            let vertices: Vec<Vertex> = (0..corners)
+                .map(|i| Vertex {
+                    position: [0, 1, 2].map(|axis| pivot[axis] + reach(leaf) * (unit() - 0.5)),
+                    normal: Vec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5).normalize().to_array(),
+                    uv: [3.0 * unit() - 1.0, unit()],
+                    color: if i == 0 { [0.1, 0.9, 1.5, 1.0] } else { [unit(); 4] },
+                })
+                .collect();
+            let indices: Vec<u32> = (0..triangles(leaf)).flat_map(|i| [i, i + 1, i + 2]).collect();
+            plant.push_leaf(&vertices, &indices, pivot, leaf % 2);
+        }
+        let corner = |position, uv| Vertex { position, normal: [0.0, 0.6, -0.8], uv, color: [0.5; 4] };
+        plant.wood.vertices = vec![
+            corner([0.0; 3], [0.0, 37.3]),
+            corner([0.1, 0.0, 0.0], [-2.2, 9.0]),
+            corner([0.0, 20.0, 0.0], [0.5; 2]),
+        ];
+        plant.wood.indices = vec![0, 1, 2];
+        plant.wood.parts = vec![WoodPart { indices: [0, 3], material: 1 }];
+        let prunes: Vec<Prune> =
+            (1..leaves).rev().map(|leaf| Prune { leaf, target: leaf / 2, target_scale: 1.5, error: 0.0 }).collect();
+        Upload::new(&FoliageModel::assemble(&plant, &prunes, Recipe::default()).unwrap())
+    }
+
+    fn halves(bits: u32) -> [f32; 2] {
+        [bits as u16, (bits >> 16) as u16].map(f32::from)
+    }
+
+    fn signed(bits: u32) -> [f32; 2] {
+        [bits as u16, (bits >> 16) as u16].map(|half| f32::from(half as i16) / f32::from(i16::MAX))
+    }
+
+    fn normal_of(bits: u32) -> Vec3 {
+        let byte = |shift: u32| f32::from((bits >> shift) as u8 as i8) / f32::from(i8::MAX);
+        if bits == NO_NORMAL { Vec3::ZERO } else { unfolded(Vec2::new(byte(0), byte(8))) }
+    }
+
+    /// A corner as the shader reads it: position, normal, texture coordinates, colour.
+    fn corner(packed: &Packed, at: usize) -> (Vec3, Vec3, Vec2, Vec3, u32) {
+        let PackingRecord { grid_step, quads_per_leaf, first_color, first_look, .. } = packed.packing;
+        let quad = at as u32 / 4;
+        let number = quad.checked_div(quads_per_leaf).unwrap_or_else(|| packed.extras[quad as usize]);
+        let (leaf, bits) = (packed.leaves[number as usize], packed.corners[at]);
+        let own = leaf.color_look >> 24;
+        let row = if first_look == NO_EXTRA { own } else { packed.extras[(first_look + number) as usize] };
+        let look = packed.looks[row as usize];
+        let [x, y] = halves(leaf.pivot_xy);
+        let pivot = Vec3::from(look.origin) + Vec3::new(x, y, halves(leaf.pivot_z_seed)[0]) * grid_step;
+        let ([x, y], [z, _]) = (signed(bits.offset_xy), signed(bits.offset_z_normal));
+        let uv = Vec2::from(look.uv_low) + Vec2::from(halves(bits.uv)) / 65535.0 * Vec2::from(look.uv_size);
+        let (color, width) = match first_color {
+            NO_EXTRA => (leaf.color_look, 8),
+            first => (packed.extras[first as usize + at], 10),
+        };
+        let steps = (1 << width) - 1;
+        let root = [0, 1, 2].map(|i| (color >> (i * width) & steps) as f32 / steps as f32);
+        let color = Vec3::from(root) * Vec3::from(root) * Vec3::from(look.color);
+        let position = pivot + Vec3::new(x, y, z) * look.size;
+        (position, normal_of(bits.offset_z_normal >> 16), uv, color, number)
+    }
+
+    /// Compares every corner with the vertex that it stands for; positions within `allowed`.
+    fn check(upload: &Upload, packed: &Packed, allowed: f32) {
+        let quads = upload.quads();
+        assert_eq!(packed.corners.len(), 4 * quads.corners.len());
+        for (at, &index) in quads.corners.as_flattened().iter().enumerate() {
+            let vertex = &upload.leaf_vertices[index as usize];
+            let (position, normal, uv, color, leaf) = corner(packed, at);
+            let off = (position - Vec3::from(vertex.position)).abs().max_element();
+            assert!(off <= allowed, "corner {at} is {off} off");
+            assert!(normal.dot(vertex.normal.into()) > 0.7_f32.to_radians().cos(), "{normal}");
+            assert!((uv - Vec2::from(vertex.uv)).abs().max_element() < 1e-4, "{uv}");
+            assert!((color - Vec3::from(vertex.color)).abs().max_element() < 2e-3, "{color} {:?}", vertex.color);
+            assert_eq!(leaf, vertex.leaf);
+        }
+        for (leaf, packed) in upload.leaves.iter().zip(packed.leaves.windows(2)) {
+            assert_eq!([leaf.first_event, leaf.end_event], [packed[0].first_event, packed[1].first_event]);
+            assert_eq!(leaf.seed >> 16, packed[0].pivot_z_seed >> 16);
+        }
+    }
+
+    #[test]
+    fn a_leaf_that_is_a_quad_takes_72_bytes() {
+        let mut upload = upload(1000, |_| 2, |_| 0.1);
+        for vertex in &mut upload.leaf_vertices {
+            (vertex.color, vertex.uv) = ([0.3, 0.5, 0.2], [0.0, 1.0]);
+        }
+        upload.leaves.iter_mut().for_each(|leaf| leaf.uv_size = [1.0; 2]);
+        let packed = Packed::new(upload.clone());
+        assert_eq!((packed.packing.quads_per_leaf, packed.extras.len()), (1, 0));
+        let bytes =
+            size_of_val(&packed.corners[..]) + size_of_val(&packed.leaves[..]) + size_of_val(&packed.events[..]);
+        // One event fewer than leaves, one leaf record more.
+        assert_eq!(bytes, 72 * 1000 + 16 - 8);
+        assert!(packed.looks.len() <= 8, "{}", packed.looks.len());
+        assert_eq!([size_of::<PackedWood>(), size_of::<PackedLeaf>(), size_of::<PackedCorner>()], [16, 16, 12]);
+    }
+
+    #[test]
+    fn every_corner_is_where_its_vertex_is_and_looks_like_it() {
+        // Colours and texture coordinates that differ within leaves: more than 256 looks.
+        for (triangles, quads) in [(2, 1), (4, 2), (1, 1)] {
+            let upload = upload(400, |_| triangles, |_| 0.2);
+            let packed = Packed::new(upload.clone());
+            assert_eq!(packed.packing.quads_per_leaf, quads);
+            assert!(packed.packing.first_color != NO_EXTRA && packed.packing.first_look != NO_EXTRA);
+            check(&upload, &packed, 3e-4);
+        }
+        let mixed = upload(300, |leaf| 1 + leaf % 7, |_| 0.2);
+        let packed = Packed::new(mixed.clone());
+        assert_eq!(packed.packing.quads_per_leaf, 0);
+        check(&mixed, &packed, 3e-4);
+    }
+
+    #[test]
+    fn small_leaves_beside_a_large_one_and_far_apart_stay_precise() {
+        let sizes = upload(300, |_| 2, |leaf| if leaf == 7 { 50.0 } else { 0.001 });
+        let packed = Packed::new(sizes.clone());
+        let small = |at: usize| sizes.quads().corners.as_flattened()[at] / 4 != 7;
+        let off = (0..packed.corners.len()).filter(|&at| small(at)).map(|at| {
+            let index = sizes.quads().corners.as_flattened()[at] as usize;
+            (corner(&packed, at).0 - Vec3::from(sizes.leaf_vertices[index].position)).abs().max_element()
+        });
+        // `f32` itself has steps of 1e-6 here.
+        let off = off.fold(0.0, f32::max);
+        assert!(off < 1e-5, "{off}");
+    }
+
+    #[test]
+    fn wood_stays_within_two_millionths_and_has_a_look_for_each_range_of_its_texture() {
+        let mut upload = upload(1, |_| 2, |_| 0.1);
+        let widths = [-0.3, 0.002, 5.0];
+        upload.wood_vertices.iter_mut().zip(widths).for_each(|(vertex, width)| vertex.width = width);
+        let packed = Packed::new(upload.clone());
+        for (bits, vertex) in packed.wood_vertices.iter().zip(&upload.wood_vertices) {
+            let look = packed.looks[(bits.look_width & 0xffff) as usize];
+            let ([x, y], [z, _]) = (halves(bits.position_xy), halves(bits.position_z_normal));
+            let position = Vec3::from(look.origin) + Vec3::new(x, y, z) * packed.packing.wood_step;
+            assert!((position - Vec3::from(vertex.position)).abs().max_element() < 4e-5, "{position}");
+            let uv = Vec2::from(look.uv_low) + Vec2::from(halves(bits.uv)) / 65535.0 * Vec2::from(look.uv_size);
+            assert!((uv - Vec2::from(vertex.uv)).abs().max_element() < 4e-5, "{uv}");
+            assert!(normal_of(bits.position_z_normal >> 16).dot(vertex.normal.into()) > 0.9999);
+            assert_eq!((look.material, look.color), (vertex.material, vertex.color));
+            let code = bits.look_width >> 16;
+            let width = ((code & 0x7fff) as f32 / WIDTH_STEPS + LEAST_WIDTH).exp2() * packed.packing.wood_step;
+            let width = if code >> 15 == 1 { -width } else { width };
+            assert!((width / vertex.width - 1.0).abs() < 1.4e-3, "{width} {}", vertex.width);
+        }
+    }
+
+    #[test]
+    fn wood_of_very_many_looks_keeps_them_all() {
+        let mut upload = upload(1, |_| 2, |_| 0.1);
+        let vertex = upload.wood_vertices[0];
+        let colored = |i: u32| WoodVertex { color: [i as f32; 3], width: 0.5, ..vertex };
+        upload.wood_vertices = (0..70_000).map(colored).collect();
+        let packed = Packed::new(upload);
+        assert_eq!(packed.packing.widths_in_looks, 1);
+        for (i, bits) in packed.wood_vertices.iter().enumerate() {
+            let look = packed.looks[bits.look_width as usize];
+            assert_eq!((look.color, look.size), ([i as f32; 3], 0.5));
+        }
+        assert_eq!([0.0, f32::INFINITY, -0.0].map(width_bits), [0, 0x7fff, 0x8000]);
+    }
+
+    #[test]
+    fn normals_without_a_direction_and_along_the_axes_keep_it() {
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::ZERO] {
+            assert_eq!(normal_of(normal_bits(axis.to_array())), axis);
+        }
+    }
+}
