@@ -16,6 +16,8 @@ pub struct Areas {
     areas: Vec<Row>,
     /// A_z, the sum of row z.
     totals: Vec<u32>,
+    /// For each row, bit v is set if the row is visible in view v.
+    seen: Vec<u32>,
     /// For each row, the number of pixels over all views in which it is directly behind the
     /// frontmost polygon.
     seconds: Vec<u32>,
@@ -27,6 +29,17 @@ pub struct Areas {
 /// Areas of one row, one per view, in pixels. Entries beyond the last view are 0.
 pub type Row = [u32; MAX_VIEWS];
 
+/// One row at one time.
+#[derive(Debug, Clone, Copy)]
+pub struct Sums {
+    /// Areas.
+    pub row: Row,
+    /// Their sum.
+    pub total: u32,
+    /// Bit v is set if the area in view v is not 0.
+    pub seen: u32,
+}
+
 /// Rows as they were before a step.
 #[derive(Debug, Clone)]
 struct Before {
@@ -34,8 +47,8 @@ struct Before {
     rows: Vec<u32>,
     /// For each row, its index in `rows` plus one, or 0 if it is not there.
     places: Vec<u32>,
-    /// Areas and sum of each entry of `rows`.
-    areas: Vec<(Row, u32)>,
+    /// What each entry of `rows` was.
+    areas: Vec<Sums>,
 }
 
 impl Areas {
@@ -47,6 +60,7 @@ impl Areas {
             views,
             areas: vec![[0; MAX_VIEWS]; rows],
             totals: vec![0; rows],
+            seen: vec![0; rows],
             seconds: vec![0; rows],
             beyond: 0,
             before: Before { rows: Vec::new(), places: vec![0; rows], areas: Vec::new() },
@@ -96,6 +110,7 @@ impl Areas {
     pub fn count(&mut self, view: usize, [front, second]: [u32; 2]) {
         self.areas[front as usize][view] += 1;
         self.totals[front as usize] += 1;
+        self.seen[front as usize] |= 1 << view;
         self.seconds[second as usize] += 1;
     }
 
@@ -122,11 +137,13 @@ impl Areas {
         let place = &mut self.before.places[at];
         if *place == 0 {
             self.before.rows.push(row);
-            self.before.areas.push((self.areas[at], self.totals[at]));
+            self.before.areas.push(Sums { row: self.areas[at], total: self.totals[at], seen: self.seen[at] });
             *place = self.before.rows.len() as u32;
         }
         self.areas[at][view] = self.areas[at][view].wrapping_add_signed(delta);
         self.totals[at] = self.totals[at].wrapping_add_signed(delta);
+        let is_seen = u32::from(self.areas[at][view] > 0);
+        self.seen[at] = self.seen[at] & !(1 << view) | is_seen << view;
     }
 
     /// Rows whose areas the step changed.
@@ -134,14 +151,25 @@ impl Areas {
         self.before.rows.iter().map(|&row| row as usize)
     }
 
-    /// Areas of a row before the step, and their sum.
-    pub fn before(&self, row: usize) -> (&Row, u32) {
+    /// A row before the step.
+    pub fn before(&self, row: usize) -> Sums {
         match self.before.places[row] {
-            0 => (&self.areas[row], self.totals[row]),
-            place => {
-                let (areas, total) = &self.before.areas[place as usize - 1];
-                (areas, *total)
-            }
+            0 => self.now(row),
+            place => self.before.areas[place as usize - 1],
         }
     }
+
+    /// A row as it is now.
+    pub fn now(&self, row: usize) -> Sums {
+        Sums { row: self.areas[row], total: self.totals[row], seen: self.seen[row] }
+    }
+}
+
+/// The views whose bits are set.
+pub fn views_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let view = bits.trailing_zeros();
+        bits &= bits.wrapping_sub(1);
+        (view < u32::BITS).then_some(view as usize)
+    })
 }

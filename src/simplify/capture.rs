@@ -12,7 +12,6 @@ use crate::{Error, Result};
 use rayon::prelude::*;
 
 /// Projected triangles of one view, with their alpha tests, depth planes and rows.
-#[derive(Default)]
 struct Prepared {
     screen: Vec<[[i32; 2]; 3]>,
     alpha: Vec<AlphaTest>,
@@ -163,9 +162,10 @@ impl<S: Fn(usize) -> Option<f32> + Sync> Capture<'_, S> {
     fn prepare(&self, view: usize) -> Prepared {
         let Self { shapes, views, has_wood, .. } = *self;
         let camera = &views.views[view];
-        let mut out = Prepared::default();
-        let mut projected = Vec::new();
         let wood = shapes.shapes.len() - 1;
+        let [of_leaves, of_all] = shapes.shapes[wood].triangles;
+        let mut out = Prepared::with_capacity(if has_wood { of_all } else { of_leaves } as usize);
+        let mut projected = Vec::new();
         for (index, shape) in shapes.shapes.iter().enumerate() {
             let scale = if index == wood { has_wood.then_some(1.0) } else { (self.scale)(index) };
             let Some(scale) = scale else { continue };
@@ -200,6 +200,15 @@ pub fn cover_views(shapes: &Shapes, views: &ViewSet, source: &mut dyn FragmentSo
 }
 
 impl Prepared {
+    fn with_capacity(triangles: usize) -> Self {
+        Self {
+            screen: Vec::with_capacity(triangles),
+            alpha: Vec::with_capacity(triangles),
+            depth: Vec::with_capacity(triangles),
+            rows: Vec::with_capacity(triangles),
+        }
+    }
+
     fn triangles(&self, resolution: u32) -> ViewTriangles<'_> {
         debug_assert!(self.alpha.iter().all(|alpha| alpha.mask == NO_MASK || alpha.q.iter().all(|q| q.is_finite())));
         ViewTriangles { resolution, screen: &self.screen, alpha: &self.alpha }

@@ -131,30 +131,28 @@ impl Layers {
                 lens[pixel] += 1;
             }
         }
+        let mut seen = vec![[0; 2]; leaves as usize + 2];
         let records = (0..pixels).map(|at| {
-            let slots = starts[at] as usize..starts[at + 1] as usize;
-            let mut pixel = Pixel { pair: [0; 2], start: starts[at], len_and_room: 0 };
-            let len = sorted(&mut stacks[slots.clone()], wood_depth[at], covered);
-            pixel.set(len, slots.len() as u32 - len);
+            let stack = &mut stacks[starts[at] as usize..starts[at + 1] as usize];
+            let len = sorted(stack, wood_depth[at], covered);
+            let bottom = bottom(wood_depth[at], leaves);
+            let nearest = |place| len.checked_sub(place).map_or(bottom, |at| stack[at as usize]).leaf();
+            let pair = [nearest(1), nearest(2)];
+            (0..2).for_each(|place| seen[pair[place] as usize][place] += 1);
+            let mut pixel = Pixel { pair, start: starts[at], len_and_room: 0 };
+            pixel.set(len, stack.len() as u32 - len);
             pixel
         });
-        let mut layers = Self {
+        Self {
             pixels: records.collect(),
             stacks,
             wood_depth,
-            seen: vec![[0; 2]; leaves as usize + 2],
+            seen,
             leaves,
             reference: Vec::new(),
             occlusion: None,
             changes: Vec::new(),
-        };
-        for index in 0..pixels as u32 {
-            layers.settle(index, &[]);
-            let [front, second] = layers.pixels[index as usize].pair;
-            layers.seen[front as usize][0] += 1;
-            layers.seen[second as usize][1] += 1;
         }
-        layers
     }
 
     /// Keeps `full` as the reference: for every pixel of the same view the frontmost polygon at

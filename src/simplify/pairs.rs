@@ -1,7 +1,10 @@
 //! Pairs of leaves, one directly behind the other: the pixels that each leaf would uncover if it
 //! were pruned.
 
-use super::{areas::Row, views::MAX_VIEWS};
+use super::{
+    areas::{Row, views_of},
+    views::MAX_VIEWS,
+};
 
 /// A leaf and the leaf directly behind it in some pixels. Stored in the list of the leaf behind,
 /// the second one.
@@ -51,12 +54,7 @@ pub struct Pairs {
 impl Pair {
     /// Views in which the pair occurs.
     pub fn seen_views(&self) -> impl Iterator<Item = usize> + use<> {
-        let mut seen = self.seen;
-        std::iter::from_fn(move || {
-            let view = seen.trailing_zeros();
-            seen &= seen.wrapping_sub(1);
-            (view < u32::BITS).then_some(view as usize)
-        })
+        views_of(self.seen)
     }
 }
 

@@ -220,7 +220,8 @@ impl Work<'_> {
                 fronts.into_par_iter().map(|fronts| outline::marked(fronts, background, side)).collect()
             }
         };
-        layers.iter_mut().zip(references).for_each(|(layers, reference)| layers.keep_reference(reference));
+        let kept = layers.par_iter_mut().zip(references);
+        kept.for_each(|(layers, reference)| layers.keep_reference(reference));
         done.seconds.fragments += started.elapsed().as_secs_f64();
 
         let started = Instant::now();

@@ -14,7 +14,7 @@
 //! integers, equal to a computation from scratch bit for bit.
 
 use super::{
-    areas::{Areas, Row},
+    areas::{Areas, Row, Sums, views_of},
     change::Change,
     information::FixedLog,
     pairs::{Pair, Pairs},
@@ -150,7 +150,7 @@ impl Terms {
             terms.count_pair(areas, view, pair, 1);
         }
         for row in (0..areas.leaves).chain([areas.wood()]) {
-            terms.add_own(areas.leaves, row, (areas.row(row), areas.total(row)), 1);
+            terms.add_own(areas.leaves, row, &areas.now(row), 1);
         }
         terms.add_touched_pairs(areas);
         terms.moves.marked.clear();
@@ -159,14 +159,14 @@ impl Terms {
 
     /// Adds `sign` times a row's own term to F, and subtracts it from the change that pruning the
     /// row's leaf causes.
-    fn add_own(&mut self, leaves: usize, row: usize, (areas, total): (&Row, u32), sign: i64) {
+    fn add_own(&mut self, leaves: usize, row: usize, Sums { row: row_areas, total, seen }: &Sums, sign: i64) {
         let is_own = row < leaves && self.share.has(row as u32);
         if self.background && !is_own {
             return;
         }
-        let log_total = self.log.log2(total);
-        for (view, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0) {
-            let term = sign * i64::from(area) * (self.log.log2(area) - log_total);
+        let log_total = self.log.log2(*total);
+        for view in views_of(*seen) {
+            let term = sign * i64::from(row_areas[view]) * (self.log.log2(row_areas[view]) - log_total);
             self.f[view] += term;
             if is_own {
                 self.local[self.share.place(row as u32) as usize][view] -= term;
@@ -175,13 +175,13 @@ impl Terms {
     }
 
     /// Adds `sign` times the pair's contribution to the change of its front leaf.
-    fn add_pair(&mut self, number: u32, (row, total): (&Row, u32), sign: i64) {
+    fn add_pair(&mut self, number: u32, Sums { row, total, seen }: Sums, sign: i64) {
         let (pair, _) = self.pairs.get(number);
         let local = &mut self.local[pair.front as usize];
         let log_after = self.log.log2(total + pair.total);
         let log_change = sign * (self.log.log2(total) - log_after);
-        for (local, &area) in local.iter_mut().zip(row) {
-            *local += i64::from(area) * log_change;
+        for view in views_of(seen) {
+            local[view] += i64::from(row[view]) * log_change;
         }
         for view in pair.seen_views() {
             local[view] += sign * self.log.handed_over(row[view], self.pairs.count(pair, view), log_after);
@@ -196,7 +196,7 @@ impl Terms {
             if *total == 0 {
                 self.pairs.remove(pair);
             } else {
-                self.add_pair(pair, (areas.row(second as usize), areas.total(second as usize)), 1);
+                self.add_pair(pair, areas.now(second as usize), 1);
             }
         }
         self.touched_pairs = touched_pairs;
@@ -212,14 +212,14 @@ impl Terms {
             }
         }
         for row in areas.changed().filter(|&row| row != areas.background()) {
-            let (before, after) = (areas.before(row), (areas.row(row), areas.total(row)));
-            self.add_own(areas.leaves, row, before, -1);
-            self.add_own(areas.leaves, row, after, 1);
+            let (before, after) = (areas.before(row), areas.now(row));
+            self.add_own(areas.leaves, row, &before, -1);
+            self.add_own(areas.leaves, row, &after, 1);
             if row < areas.leaves {
                 if self.share.has(row as u32) {
                     self.moves.mark(self.share.place(row as u32));
                 }
-                self.move_row(row as u32, before, after);
+                self.move_row(row as u32, &before, &after);
             }
         }
         self.add_touched_pairs(areas);
@@ -253,25 +253,25 @@ impl Terms {
     /// Corrects every pair whose second leaf is the one whose row changes, unless the pair's own
     /// counts change too. Records an upper bound on how far that moves the errors of the
     /// front leaves.
-    fn move_row(&mut self, second: u32, (old_row, old_total): (&Row, u32), (new_row, new_total): (&Row, u32)) {
-        let log_before = [old_total, new_total].map(|total| self.log.log2(total));
+    fn move_row(&mut self, second: u32, old: &Sums, new: &Sums) {
+        let log_before = [old.total, new.total].map(|total| self.log.log2(total));
         for pair in self.pairs.behind_others(second) {
             if pair.stamp == self.moves.step {
                 continue;
             }
             let local = &mut self.local[pair.front as usize];
-            let log_after = [old_total, new_total].map(|total| self.log.log2(total + pair.total));
+            let log_after = [old.total, new.total].map(|total| self.log.log2(total + pair.total));
             let log_change = [log_before[0] - log_after[0], log_before[1] - log_after[1]];
             let mut movement = 0;
-            for ((local, &old), &new) in local.iter_mut().zip(old_row).zip(new_row) {
-                let change = i64::from(new) * log_change[1] - i64::from(old) * log_change[0];
-                *local += change;
+            for view in views_of(old.seen | new.seen) {
+                let change = i64::from(new.row[view]) * log_change[1] - i64::from(old.row[view]) * log_change[0];
+                local[view] += change;
                 movement += change.abs();
             }
             for view in pair.seen_views() {
                 let handed = self.pairs.count(pair, view);
-                let change = self.log.handed_over(new_row[view], handed, log_after[1])
-                    - self.log.handed_over(old_row[view], handed, log_after[0]);
+                let change = self.log.handed_over(new.row[view], handed, log_after[1])
+                    - self.log.handed_over(old.row[view], handed, log_after[0]);
                 local[view] += change;
                 movement += change.abs();
             }

@@ -107,7 +107,7 @@ impl Part {
         for bottom in areas.changed().filter_map(|row| row.checked_sub(areas.leaves)) {
             if self.background {
                 let row = areas.leaves + bottom;
-                epoch_holds &= self.ranking.advance(bottom, areas.before(row).0, areas.row(row));
+                epoch_holds &= self.ranking.advance(bottom, &areas.before(row).row, areas.row(row));
             }
         }
         if !self.background && areas.changed().next().is_some() {
