@@ -15,7 +15,6 @@ mod outline;
 mod trim;
 #[cfg(feature = "simplify")]
 pub(crate) use canonical::canonical;
-#[cfg(feature = "software")]
 pub(crate) use outline::Outlines;
 pub use outline::{MAX_OUTLINES, OUTLINE_CORNERS, Outline};
 #[cfg(feature = "simplify")]

@@ -109,3 +109,69 @@ fn too_few_and_too_many_corners_are_refused() {
         assert!(refused.contains("4 to 8"), "{refused}");
     }
 }
+
+#[cfg(feature = "render")]
+mod on_the_gpu {
+    use super::*;
+    use common::gpu::{difference, gpu};
+    use foliage_lod::{
+        FoliageRenderer, Instance, Look,
+        gpu::{Offscreen, TARGET},
+        stochastic::shuffled,
+    };
+    use glam::DAffine3;
+
+    const SIDE: u32 = 192;
+
+    /// Pictures of a model at several sizes, each without and with leaves.
+    fn pictures(plant: &Plant) -> Option<Vec<[Image; 2]>> {
+        let gpu = gpu()?;
+        let target = Offscreen::new(&gpu, [SIDE; 2]).unwrap();
+        let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, Look::default()).unwrap();
+        let model = shuffled(plant, 1).unwrap();
+        let id = foliage.add_model(gpu.device(), gpu.queue(), &model).unwrap();
+        let pictures = [0.25, 1.0, 4.0, 16.0, 64.0].map(|zoom| {
+            let mut camera = LookAt::framing(&plant.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.8, 1.0);
+            camera.fov_y_radians /= zoom;
+            [0.0, model.leaves.len() as f32].map(|active| {
+                let instance = Instance::new(id, DAffine3::IDENTITY, active);
+                foliage.prepare(gpu.device(), gpu.queue(), camera.camera(SIDE), &[instance]).unwrap();
+                target.picture(&foliage).unwrap()
+            })
+        });
+        Some(pictures.into())
+    }
+
+    /// Number of pixels that differ by more than a trace.
+    fn differing(a: &Image, b: &Image) -> usize {
+        let pixels = a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
+        pixels.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 24)).count()
+    }
+
+    /// Cards seen at a slant show coarse mip levels, whose faint borders are cut off: bytes differ
+    /// no more than between drawers, and as many pixels are covered within 0.5 %.
+    fn check(plant: &Plant) {
+        let Some((whole, trimmed)) = pictures(plant).zip(pictures(&trimmed(plant, TRIM_CORNERS))) else { return };
+        let mut is_drawn_trimmed = false;
+        for ([bare, whole], [_, trimmed]) in whole.iter().zip(&trimmed) {
+            let (mean, _) = difference(whole, trimmed);
+            let [before, after] = [whole, trimmed].map(|picture| differing(bare, picture));
+            println!("{}: bytes differ by {mean:.3}, {after} pixels covered instead of {before}", plant.name);
+            is_drawn_trimmed |= whole != trimmed;
+            assert!(mean < 3.0, "{}: bytes differ by {mean}", plant.name);
+            assert!(after.abs_diff(before) <= 20 + before / 200, "{}: {after} instead of {before}", plant.name);
+        }
+        assert!(is_drawn_trimmed, "{}", plant.name);
+    }
+
+    #[test]
+    fn the_gpu_covers_as_many_pixels_within_outlines() {
+        check(&grown("english-oak", 400));
+        check(&grown("betula-populifolia", 400));
+        if let Some(folder) = std::env::var_os("FOLIAGE_TREES").map(PathBuf::from) {
+            for name in ["eztree_oak_medium.glb", "seedthree_whiteoak_LOD1_merged.glb"] {
+                check(&load(&folder.join(name), &ImportOptions::default()).unwrap().plant);
+            }
+        }
+    }
+}
