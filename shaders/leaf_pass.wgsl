@@ -1,5 +1,5 @@
 // Leaves of many plants of one model in one draw call. Each instance of the draw call is a run of
-// RUN_CORNERS corners of one plant's quads; corners past the plant's prefix collapse to a point.
+// RUN_QUADS of one plant's quads; corners past the plant's prefix collapse to a point.
 
 struct LeafCorner {
     offset_xy: u32,
@@ -33,29 +33,46 @@ fn leaf_corner(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>)
     return leaf_surface(corner, item, frame.clip_from_anchor);
 }
 
+// A corner of a leaf, its offset from the pivot.
+struct Corner {
+    offset: vec3<f32>,
+    normal: vec3<f32>,
+    uv: vec2<f32>,
+    color: vec3<f32>,
+}
+
+// Corners of a run's quads are followed by those of its trimmed cards.
 fn leaf_surface(corner_in_run: u32, item: vec2<u32>, clip_from_anchor: mat4x4<f32>) -> Surface {
-    let at = item.y * RUN_CORNERS + corner_in_run;
-    if at >= arrayLength(&corners) {
+    let is_trimmed = corner_in_run >= 4u * RUN_QUADS;
+    let sides = select(4u, TRIMMED_CORNERS, is_trimmed);
+    let from_first = corner_in_run - select(0u, 4u * RUN_QUADS, is_trimmed);
+    let quad = item.y * RUN_QUADS + from_first / sides;
+    if 4u * quad >= arrayLength(&corners) {
         return Surface();
     }
     let instance = instances[item.x];
-    let number = leaf_of(at / 4u);
+    let number = leaf_of(quad);
     if number >= instance.drawn {
         return Surface();
     }
     var surface = surface_of(item.x, instance);
-    let corner = corners[at];
     let leaf = leaves[number];
     let look = looks[look_of(number, leaf)];
     let pivot = grid_point(leaf.pivot_xy, leaf.pivot_z_seed, packing.grid_step, look);
-    let z = unpack2x16snorm(corner.offset_z_normal).x;
-    let offset = vec3(unpack2x16snorm(corner.offset_xy), z) * look.size;
+    let place = from_first % sides;
+    var corner: Corner;
+    if is_trimmed && look.outline != NO_EXTRA {
+        let bits = extras[packing.first_outline + look.outline + place];
+        corner = outline_corner(4u * quad, uv_of(bits, look), number, leaf, look);
+    } else {
+        corner = quad_corner(4u * quad + min(place, 3u), number, leaf, look);
+    }
     let scale = drawn_scale(number, leaf.first_event, leaves[number + 1u].first_event, instance) * instance.leaf_scale;
-    let moved = moved_leaf(pivot, offset * scale, normal_of(corner.offset_z_normal), number, item.x);
+    let moved = moved_leaf(pivot, corner.offset * scale, corner.normal, number, item.x);
     surface.position_local = moved.position;
     surface.clip = clip_from_anchor * vec4(in_anchor_space(moved.position, instance), 1.0);
-    surface.uv = uv_of(corner.uv, look);
-    surface.color = leaf_tint(number, leaf, at, look);
+    surface.uv = corner.uv;
+    surface.color = corner.color;
     surface.normal = moved.normal;
     surface.material = look.material;
     surface.leaf = number;
@@ -63,6 +80,30 @@ fn leaf_surface(corner_in_run: u32, item: vec2<u32>, clip_from_anchor: mat4x4<f3
     surface.share = 1.0;
     surface.uv_size = look.shown;
     return surface;
+}
+
+fn quad_corner(at: u32, number: u32, leaf: LeafRecord, look: Look) -> Corner {
+    let bits = corners[at];
+    let offset = vec3(unpack2x16snorm(bits.offset_xy), unpack2x16snorm(bits.offset_z_normal).x) * look.size;
+    return Corner(offset, normal_of(bits.offset_z_normal), uv_of(bits.uv, look), leaf_tint(number, leaf, at, look));
+}
+
+// The point of a card that shows `uv`.
+fn outline_corner(first: u32, uv: vec2<f32>, number: u32, leaf: LeafRecord, look: Look) -> Corner {
+    let a = quad_corner(first, number, leaf, look);
+    let b = quad_corner(first + 1u, number, leaf, look);
+    let c = quad_corner(first + 2u, number, leaf, look);
+    let d = quad_corner(first + 3u, number, leaf, look);
+    let ab = b.uv - a.uv;
+    let ad = d.uv - a.uv;
+    let s = dot(uv - a.uv, ab) / dot(ab, ab);
+    let t = dot(uv - a.uv, ad) / dot(ad, ad);
+    return Corner(
+        mix(mix(a.offset, b.offset, s), mix(d.offset, c.offset, s), t),
+        mix(mix(a.normal, b.normal, s), mix(d.normal, c.normal, s), t),
+        uv,
+        mix(mix(a.color, b.color, s), mix(d.color, c.color, s), t),
+    );
 }
 
 // Leaf of a quad.

@@ -13,6 +13,8 @@ struct Look {
     uv_size: vec2<f32>,
     // Width and height of the part of the texture that a leaf shows.
     shown: vec2<f32>,
+    // Extra after the first outline's with the first corner of the leaf's outline, or NO_EXTRA.
+    outline: u32,
 }
 
 struct Packing {
@@ -27,6 +29,8 @@ struct Packing {
     first_look: u32,
     // 1 if the widths of stems are in looks.
     widths_in_looks: u32,
+    // Extra with the first corner of the first outline.
+    first_outline: u32,
 }
 
 @group(0) @binding(5) var<uniform> packing: Packing;

@@ -55,6 +55,24 @@ pub struct Material {
     pub double_sided: bool,
 }
 
+impl Wrap {
+    /// The texel that a texel beside a texture of `size` texels repeats.
+    #[cfg(feature = "software")]
+    pub(crate) fn inside(self, index: i64, size: u32) -> u32 {
+        let size = i64::from(size);
+        let inside = match self {
+            _ if (0..size).contains(&index) => index,
+            Self::Repeat => index.rem_euclid(size),
+            Self::Clamp => index.clamp(0, size - 1),
+            Self::Mirror => {
+                let twice = index.rem_euclid(2 * size);
+                twice.min(2 * size - 1 - twice)
+            }
+        };
+        inside as u32
+    }
+}
+
 impl Default for Material {
     fn default() -> Self {
         Self {

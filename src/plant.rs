@@ -10,8 +10,15 @@ use crate::{
 use serde::{Deserialize, Serialize};
 
 mod canonical;
+mod outline;
+#[cfg(feature = "simplify")]
+mod trim;
 #[cfg(feature = "simplify")]
 pub(crate) use canonical::canonical;
+pub(crate) use outline::Outlines;
+pub use outline::{MAX_OUTLINES, OUTLINE_CORNERS, Outline};
+#[cfg(feature = "simplify")]
+pub use trim::TRIM_CORNERS;
 
 /// Maximum number of leaves in a plant: an index and a generation always fit into 32 bits.
 pub const MAX_LEAVES: usize = 1 << 22;
@@ -58,6 +65,9 @@ impl Wood {
 ///    of 3, and the indices refer to the wood's vertices.
 /// 6. Counts do not exceed [`MAX_LEAVES`] and [`MAX_ELEMENTS`].
 ///
+/// Invariant 13, numbered after those of a model: there are at most [`MAX_OUTLINES`] outlines, each
+/// a convex polygon of 4 to 8 finite corners within a rectangle of a material that exists.
+///
 /// A plant without leaves is valid, but simplification rejects it.
 pub type Plant = PlantOf<LeafGeometry>;
 
@@ -79,6 +89,8 @@ pub struct PlantOf<L> {
     pub materials: Vec<Material>,
     /// Textures of the materials.
     pub textures: Vec<Texture>,
+    /// What is drawn of cards with the same picture; empty if cards are drawn whole.
+    pub outlines: Vec<Outline>,
 }
 
 impl Plant {
@@ -117,6 +129,7 @@ impl<L> Default for PlantOf<L> {
             wood: Wood::default(),
             materials: Vec::new(),
             textures: Vec::new(),
+            outlines: Vec::new(),
         }
     }
 }
@@ -148,6 +161,7 @@ impl<L> PlantOf<L> {
             wood: &self.wood,
             materials: &self.materials,
             textures: &self.textures,
+            outlines: &self.outlines,
         }
     }
 }
@@ -172,16 +186,18 @@ pub(crate) struct Parts<'a> {
     pub(crate) wood: &'a Wood,
     pub(crate) materials: &'a [Material],
     pub(crate) textures: &'a [Texture],
+    pub(crate) outlines: &'a [Outline],
 }
 
 impl Parts<'_> {
-    /// Checks invariants 1 to 6 of [`Plant`] for these arrays and their `leaves`.
+    /// Checks invariants 1 to 6 and 13 of [`Plant`] for these arrays and their `leaves`.
     pub(crate) fn validate(&self, leaves: impl ExactSizeIterator<Item = LeafGeometry> + Clone) -> Checked {
         self.validate_counts(leaves.len())?;
         self.validate_leaves(leaves.clone())?;
         self.validate_numbers(leaves.clone())?;
         self.validate_materials(leaves)?;
-        self.validate_wood()
+        self.validate_wood()?;
+        outline::check_all(self.outlines, self.materials.len())
     }
 
     fn validate_counts(&self, leaves: usize) -> Checked {

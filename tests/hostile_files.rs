@@ -21,6 +21,7 @@ use foliage_lod::{
     import::{ImportOptions, Imported, load_gltf_bytes, load_obj_bytes},
     material::Material,
     model::ModelFile,
+    plant::Outline,
     simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
 };
 use glb::{Gltf, cards};
@@ -101,9 +102,16 @@ fn models() -> [FoliageModel; 3] {
 fn model_files() -> Vec<Vec<u8>> {
     let quantized = models().map(|mut model| {
         model.quantize();
+        model.plant.outlines = vec![outline(); 2];
         model
     });
     models().iter().chain(&quantized).map(|model| model.to_bytes().unwrap()).collect()
+}
+
+/// An outline of half of the texture of the first material.
+fn outline() -> Outline {
+    let corners = vec![[0.5, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5]];
+    Outline { material: 0, rect: [[0.0; 2], [1.0; 2]], corners, level: 2 }
 }
 
 /// Their files of version 1.

@@ -86,12 +86,12 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
             "Frame",
             [clip_from_anchor, clip_from_anchor_before, light_from_anchor, eye, plants, jitter]
         );
-        assert_layout!(&module, LookRecord, "Look", [origin, material, color, size, uv_low, uv_size, shown]);
+        assert_layout!(&module, LookRecord, "Look", [origin, material, color, size, uv_low, uv_size, shown, outline]);
         assert_layout!(
             &module,
             PackingRecord,
             "Packing",
-            [grid_step, wood_step, quads_per_leaf, first_color, first_look, widths_in_looks]
+            [grid_step, wood_step, quads_per_leaf, first_color, first_look, widths_in_looks, first_outline]
         );
         assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size]);
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);

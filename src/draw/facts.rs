@@ -25,6 +25,8 @@ pub struct ModelFacts {
     /// Entry n: number of quads of the first n leaves.
     quad_ends: Vec<u32>,
     pub(crate) stems: Levels,
+    /// Pixels per unit of length from which on leaves are drawn within their outlines.
+    pub(super) trimmed_from: f32,
     /// Greatest distance from the centre at which anything is drawn, without wind.
     pub(crate) reach: f32,
     /// Entry n: greatest distance of a drawn vertex from its leaf's pivot, at an active count of n
@@ -52,10 +54,12 @@ impl ModelFacts {
             most = leaf.target().map_or(most, |target| most.max(extents[target] * leaf.scale));
             leaf_reaches[n] = most;
         }
+        let quads = upload.quads();
         Self {
             center: sphere.center(),
             leaves: model.leaves.len() as u32,
-            quad_ends: upload.quads().ends,
+            trimmed_from: upload.trimmed(&quads).least_pixels_per_unit,
+            quad_ends: quads.ends,
             stems: upload.stems().clone(),
             reach: (reach.radius + reach.center().distance(sphere.center())) as f32,
             leaf_reaches,

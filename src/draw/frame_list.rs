@@ -23,6 +23,8 @@ pub struct Batch {
     pub model: ModelId,
     /// The shaders that they need.
     pub variant: Variant,
+    /// Whether their leaves are drawn within their outlines.
+    pub is_trimmed: bool,
     /// Runs whose leaves are all fully present.
     pub whole: Range<u32>,
     /// Runs with leaves that fade by alpha.
@@ -53,20 +55,24 @@ struct Listed {
     record: u32,
 }
 
-/// Bits of a sorting key below the model and the variant.
-const CUT_BITS: u32 = 30;
+/// Bits of a sorting key below the model, the variant and the trimming.
+const CUT_BITS: u32 = 29;
 
-/// Key by which plants are sorted: first by model and variant, which the leaves' draws depend on,
-/// then by the number of the wood's cut.
-fn key(model: ModelId, variant: Variant, cut: u32) -> u64 {
+/// Key by which plants are sorted: first by model, variant and trimming, which the leaves' draws
+/// depend on, then by the number of the wood's cut.
+fn key(model: ModelId, variant: Variant, is_trimmed: bool, cut: u32) -> u64 {
     // The lower half of a model's key is its index among the models that exist.
     let model = model.data().as_ffi() << 32;
     let variant = u64::from(variant.wind) << 1 | u64::from(variant.contrast);
-    model | variant << CUT_BITS | u64::from(cut)
+    model | variant << (CUT_BITS + 1) | u64::from(is_trimmed) << CUT_BITS | u64::from(cut)
 }
 
 fn variant_of(key: u64) -> Variant {
-    Variant { wind: key >> (CUT_BITS + 1) & 1 == 1, contrast: key >> CUT_BITS & 1 == 1, alpha: false }
+    Variant { wind: key >> (CUT_BITS + 2) & 1 == 1, contrast: key >> (CUT_BITS + 1) & 1 == 1, alpha: false }
+}
+
+fn is_trimmed(key: u64) -> bool {
+    key >> CUT_BITS & 1 == 1
 }
 
 fn cut_of(key: u64) -> u32 {
@@ -193,7 +199,9 @@ impl FrameList {
             let (cut, stem_width) = model.stems.numbered((f64::from(look.thinnest_px) / place.pixels_per_unit) as f32);
             let variant = Variant { wind: moves, contrast, alpha: false };
             let record = self.unsorted.len() as u32;
-            self.order.push(Listed { key: key(instance.model, variant, cut), instance: number, record });
+            let is_trimmed = place.pixels_per_unit >= f64::from(model.trimmed_from);
+            let key = key(instance.model, variant, is_trimmed, cut);
+            self.order.push(Listed { key, instance: number, record });
             self.unsorted.push(place.record(model, instance, look, stem_width));
         }
     }
@@ -250,7 +258,7 @@ impl FrameList {
         let fading = whole.end..self.runs.len() as u32;
         let runs = [!whole.is_empty(), !fading.is_empty()];
         prepared.draws += runs.into_iter().map(u32::from).sum::<u32>();
-        self.batches.push(Batch { model: number, variant, whole, fading });
+        self.batches.push(Batch { model: number, variant, is_trimmed: is_trimmed(key), whole, fading });
     }
 
     /// Adds the wood of instance `at` to the previous draw if model, shaders and number of stems
@@ -307,10 +315,11 @@ mod tests {
     }
 
     #[test]
-    fn a_key_tells_the_variant_and_the_cut() {
-        for variant in Variant::all().filter(|variant| !variant.alpha) {
-            let key = key(ModelId::default(), variant, 12345);
-            assert_eq!((variant_of(key), cut_of(key)), (variant, 12345));
+    fn a_key_tells_the_variant_the_trimming_and_the_cut() {
+        for (variant, trimmed) in Variant::all().filter(|variant| !variant.alpha).zip([true, false].into_iter().cycle())
+        {
+            let key = key(ModelId::default(), variant, trimmed, 12345);
+            assert_eq!((variant_of(key), is_trimmed(key), cut_of(key)), (variant, trimmed, 12345));
         }
     }
 }

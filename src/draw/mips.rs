@@ -142,21 +142,7 @@ fn split(coordinate: f32, size: u32, wrap: Wrap) -> ([u32; 2], f32) {
     let first = at.floor();
     let fraction = (at - first).clamp(0.0, 1.0);
     let index = first.clamp(-1e9, 1e9) as i64;
-    ([wrapped(index, size, wrap), wrapped(index + 1, size, wrap)], fraction)
-}
-
-fn wrapped(index: i64, size: u32, wrap: Wrap) -> u32 {
-    let size = size as i64;
-    let inside = match wrap {
-        _ if (0..size).contains(&index) => index,
-        Wrap::Repeat => index.rem_euclid(size),
-        Wrap::Clamp => index.clamp(0, size - 1),
-        Wrap::Mirror => {
-            let twice = index.rem_euclid(2 * size);
-            twice.min(2 * size - 1 - twice)
-        }
-    };
-    inside as u32
+    ([wrap.inside(index, size), wrap.inside(index + 1, size)], fraction)
 }
 
 fn texel(pixels: &Pixels, x: u32, y: u32) -> [u8; 4] {
@@ -180,7 +166,7 @@ impl Sum {
     /// Sum over the area of texel `at` of the full texture as the drawers filter it.
     fn of_full(at: [u32; 2], full: &Pixels, wrap: [Wrap; 2], cutoff: f32, srgb: &SrgbTable) -> Self {
         let around = [-1, 0, 1].map(|by| {
-            let near = |axis: usize, size: u32| wrapped(i64::from(at[axis]) + by, size, wrap[axis]);
+            let near = |axis: usize, size: u32| wrap[axis].inside(i64::from(at[axis]) + by, size);
             [near(0, full.width), near(1, full.height)]
         });
         let texels = around.map(|[_, y]| around.map(|[x, _]| texel(full, x, y)));
@@ -330,7 +316,7 @@ mod tests {
 
     #[test]
     fn wrap_modes_bring_any_index_inside() {
-        let at = |wrap| [-3, -1, 0, 3, 4, 7, 8].map(|i| wrapped(i, 4, wrap));
+        let at = |wrap: Wrap| [-3, -1, 0, 3, 4, 7, 8].map(|i| wrap.inside(i, 4));
         assert_eq!(at(Wrap::Repeat), [1, 3, 0, 3, 0, 3, 0]);
         assert_eq!(at(Wrap::Clamp), [0, 0, 0, 3, 3, 3, 3]);
         assert_eq!(at(Wrap::Mirror), [2, 0, 0, 3, 3, 0, 0]);

@@ -26,6 +26,7 @@ pub(crate) mod seed;
 pub(crate) mod shader;
 pub(crate) mod stems;
 pub(crate) mod sun;
+mod trimmed;
 pub(crate) mod upload;
 
 pub mod records;

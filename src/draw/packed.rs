@@ -7,7 +7,7 @@
 //! Nothing is out of range: a plant too large for one grid has more looks with other origins, and
 //! small leaves beside large ones have looks with a shorter unit of length. Rare needs take rows
 //! in `extras`: leaves of different numbers of quads, colours that differ within a leaf, leaves of
-//! more than 256 looks. Wood of more than 65,536 looks has one for each stem.
+//! more than 256 looks, outlines of cards. Wood of more than 65,536 looks has one for each stem.
 //!
 //! Precision: offsets 1/32767 of the leaf's reach; pivots half a step, at most 1/128 of the median
 //! leaf's reach; wood two millionths of the plant, widths of stems 0.14 %; normals about half a
@@ -18,11 +18,11 @@ use super::{
     quads::Quads,
     records::{
         CrownRecord, Event, LEAST_WIDTH, LeafVertex, LookRecord, NO_EXTRA, NO_NORMAL, PackedCorner, PackedLeaf,
-        PackedWood, PackingRecord, WIDTH_STEPS, WoodVertex,
+        PackedWood, PackingRecord, TRIMMED_CORNERS, WIDTH_STEPS, WoodVertex,
     },
     upload::Upload,
 };
-use crate::bounds::Aabb;
+use crate::{bounds::Aabb, plant::Outline};
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -84,6 +84,8 @@ impl Packed {
             upload.leaves.iter().enumerate().map(|(leaf, record)| reach(record.pivot, corners_of(leaf))).collect();
         let grid = Grid::of_pivots(Aabb::of_points(upload.leaves.iter().map(|leaf| leaf.pivot)), &reaches);
         let color = largest_color(&upload.leaf_vertices);
+        let trimmed = upload.trimmed(quads);
+        let mut outlines = Vec::new();
         let is_even = |leaf| {
             let mut colors = corners_of(leaf).map(|corner| corner.color);
             let first = colors.next();
@@ -95,7 +97,15 @@ impl Packed {
             let reach = unit_of_length(reaches[leaf]);
             let uvs = || corners_of(leaf).map(|corner| Vec2::from(corner.uv));
             let (origin, pivot) = grid.place(record.pivot);
-            let look = look(origin, record.material, color, reach, uvs(), record.uv_size);
+            let mut look = look(origin, record.material, color, reach, uvs(), record.uv_size);
+            if let Some(outline) = trimmed.outlines[leaf] {
+                let bits = outline_bits(outline, &look);
+                let row = outlines.iter().position(|row| *row == bits).unwrap_or_else(|| {
+                    outlines.push(bits);
+                    outlines.len() - 1
+                });
+                look.outline = row as u32 * TRIMMED_CORNERS;
+            }
             numbers.push(looks.number(look));
             let even = corners_of(leaf).next().filter(|_| has_even_colors);
             let color = even.map_or(0xff_ffff, |corner| color_bits(corner.color, color, 8));
@@ -128,6 +138,8 @@ impl Packed {
             self.packing.first_look = self.extras.len() as u32;
             self.extras.extend(numbers);
         }
+        self.packing.first_outline = self.extras.len() as u32;
+        self.extras.extend_from_slice(outlines.as_flattened());
     }
 
     fn pack_wood(&mut self, upload: &Upload, looks: &mut Looks) {
@@ -166,7 +178,8 @@ fn wood_look(origin: Vec3, vertex: &WoodVertex) -> LookRecord {
         uv_low: ((Vec2::from(vertex.uv) / WOOD_UV).floor() * WOOD_UV).to_array(),
         uv_size: [WOOD_UV; 2],
         shown: [1.0; 2],
-        padding: [0.0; 2],
+        outline: NO_EXTRA,
+        padding: 0,
     }
 }
 
@@ -195,7 +208,8 @@ fn look(
         uv_low: low.to_array(),
         uv_size: (high - low).to_array().map(|size| unit_of_length(size.max(1.0))),
         shown,
-        padding: [0.0; 2],
+        outline: NO_EXTRA,
+        padding: 0,
     }
 }
 
@@ -238,6 +252,12 @@ fn color_bits(color: [f32; 3], largest: Vec3, bits: u32) -> u32 {
     let steps = ((1 << bits) - 1) as f32;
     let root = |axis: usize| ((color[axis].max(0.0) / largest[axis]).sqrt() * steps).round() as u32;
     root(0) | root(1) << bits | root(2) << (2 * bits)
+}
+
+/// Corners of an outline; the last one is repeated.
+fn outline_bits(outline: &Outline, look: &LookRecord) -> [u32; TRIMMED_CORNERS as usize] {
+    let corners = &outline.corners;
+    std::array::from_fn(|i| corners.get(i).or(corners.last()).map_or(0, |&uv| uv_bits(uv, look)))
 }
 
 fn uv_bits(uv: [f32; 2], look: &LookRecord) -> u32 {

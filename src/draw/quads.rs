@@ -7,10 +7,29 @@
 //! Limits: partners are found first come, first served; a mesh may be cut into more quads than
 //! necessary, at most one per triangle.
 
+#[cfg(feature = "render")]
+use super::records::{RUN_QUADS, TRIMMED_CORNERS};
 use std::collections::HashMap;
 
 /// Corners of a quad that its six indices refer to, triangle by triangle.
 pub(crate) const QUAD: [u16; 6] = [0, 1, 2, 0, 2, 3];
+
+/// Indices of a run: first those of quads, then those of trimmed cards, whose corners are numbered
+/// from the last quad's on.
+#[cfg(feature = "render")]
+pub(crate) fn run_indices() -> Vec<u16> {
+    let (quads, trimmed) = (RUN_QUADS as u16, TRIMMED_CORNERS as u16);
+    let whole = (0..quads).flat_map(|quad| QUAD.map(|corner| 4 * quad + corner));
+    let fan = |first: u16| (1..trimmed - 1).flat_map(move |i| [first, first + i, first + i + 1]);
+    whole.chain((0..quads).flat_map(|quad| fan(4 * quads + trimmed * quad))).collect()
+}
+
+/// Number of indices of a run of quads.
+#[cfg(feature = "render")]
+pub(crate) const RUN_INDICES: u32 = RUN_QUADS * QUAD.len() as u32;
+/// Number of indices of a run of trimmed cards.
+#[cfg(feature = "render")]
+pub(crate) const TRIMMED_RUN_INDICES: u32 = RUN_QUADS * 3 * (TRIMMED_CORNERS - 2);
 
 /// The quads of all leaves, in drawing order.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -57,7 +57,11 @@ pub const NO_SCALES: u32 = u32::MAX;
 /// Number of quads in one run, which is one instance of a leaf draw.
 pub const RUN_QUADS: u32 = 64;
 
-/// Value of [`PackingRecord::first_color`] and [`PackingRecord::first_look`] if there are none.
+/// Number of corners that a trimmed card is drawn with; outlines of fewer repeat their last one.
+pub const TRIMMED_CORNERS: u32 = 8;
+
+/// Value of [`PackingRecord::first_color`], [`PackingRecord::first_look`] and
+/// [`LookRecord::outline`] if there are none.
 pub const NO_EXTRA: u32 = u32::MAX;
 
 /// Logarithm to the base 2 of the least width of a stem, in steps of the wood's grid: nothing.
@@ -162,8 +166,12 @@ pub struct LookRecord {
     pub uv_size: [f32; 2],
     /// Width and height of the part of the texture that a leaf shows, in texture coordinates.
     pub shown: [f32; 2],
+    /// Extra after [`PackingRecord::first_outline`] with the first corner of the outline that the
+    /// leaf's cards are trimmed to, [`TRIMMED_CORNERS`] corners as in [`PackedCorner::uv`];
+    /// [`NO_EXTRA`] if they are drawn whole.
+    pub outline: u32,
     /// Padding to a multiple of 16 bytes.
-    pub padding: [f32; 2],
+    pub padding: u32,
 }
 
 /// How a model is packed, as `packing.wgsl` reads it.
@@ -185,6 +193,8 @@ pub struct PackingRecord {
     pub first_look: u32,
     /// 1 if wood has so many looks that the widths of stems are in them, otherwise 0.
     pub widths_in_looks: u32,
+    /// Extra with the first corner of the first outline.
+    pub first_outline: u32,
 }
 
 /// One vertex of the wood, as `wood_pass.wgsl` reads it.

@@ -8,7 +8,7 @@ use super::{
     landscape::{FLOOR_FROM, ZENITH_FROM},
     light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
     look::{Coloring, Look, Variant},
-    records::{LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS, WIDTH_STEPS},
+    records::{LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS, TRIMMED_CORNERS, WIDTH_STEPS},
     shader::{ShaderSource, wrap_number},
     sun::DEPTH_RADII,
 };
@@ -138,7 +138,8 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("COLORING_PICTURE", Coloring::Picture.number())
         .constant_u32("COLORING_FLAT", Coloring::Flat.number())
         .constant_u32("COLORING_ORDER", Coloring::PruneOrder.number())
-        .constant_u32("RUN_CORNERS", 4 * RUN_QUADS)
+        .constant_u32("RUN_QUADS", RUN_QUADS)
+        .constant_u32("TRIMMED_CORNERS", TRIMMED_CORNERS)
         .constant_u32("NO_EXTRA", NO_EXTRA)
         .constant_u32("NO_NORMAL", NO_NORMAL)
         .constant_f32("LEAST_WIDTH", LEAST_WIDTH)

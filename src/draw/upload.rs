@@ -8,12 +8,14 @@ use super::{
     records::{CrownRecord, Event, LeafRecord, LeafVertex, WoodVertex},
     seed::seeds,
     stems::{DrawnStems, Levels, Stems},
+    trimmed::Trimmed,
 };
 use crate::{
     bounds::Aabb,
     crown::inverse_half_size,
     leaf::Vertex,
     model::{FoliageModel, Timeline},
+    plant::Outline,
 };
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -43,6 +45,7 @@ pub struct Upload {
     /// Entry n: one past the last index of the first n leaves.
     ends: Vec<u32>,
     stems: Levels,
+    outlines: Vec<Outline>,
 }
 
 /// The leaves of one material, in drawing order.
@@ -86,6 +89,7 @@ impl Upload {
             wood_indices,
             ends: std::iter::once(0).chain(model.leaves.iter().map(|leaf| leaf.indices[1])).collect(),
             stems: stems.levels.clone(),
+            outlines: model.outlines.clone(),
         }
     }
 
@@ -103,6 +107,11 @@ impl Upload {
     /// The leaves cut into quads. O(indices).
     pub(super) fn quads(&self) -> Quads {
         Quads::new(&self.leaf_vertices, &self.leaf_indices, self.ends.windows(2).map(|ends| [ends[0], ends[1]]))
+    }
+
+    /// The leaves whose quads are drawn within an outline. O(indices).
+    pub(super) fn trimmed(&self, quads: &Quads) -> Trimmed<'_> {
+        Trimmed::new(&self.outlines, &self.leaves, &self.leaf_vertices, quads)
     }
 
     pub(super) fn stems(&self) -> &Levels {

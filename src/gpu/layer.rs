@@ -17,8 +17,8 @@ use crate::{
         frame_list::FrameList,
         instance::{Instance, ModelId, Prepared},
         look::{Look, Variant},
-        quads::QUAD,
-        records::{FrameRecord, InstanceRecord, RUN_QUADS, Run, bindings},
+        quads::{RUN_INDICES, TRIMMED_RUN_INDICES, run_indices},
+        records::{FrameRecord, InstanceRecord, Run, bindings},
     },
 };
 use slotmap::SecondaryMap;
@@ -39,7 +39,7 @@ pub(super) struct Layer {
     instances: wgpu::Buffer,
     shared: wgpu::Buffer,
     runs: wgpu::Buffer,
-    /// Indices of a run's quads.
+    /// Indices of a run's quads, and of its trimmed cards.
     pattern: wgpu::Buffer,
     bindings: Option<wgpu::BindGroup>,
     pub(super) effects: Option<EffectBuffers>,
@@ -69,7 +69,7 @@ impl Layer {
             instances: buffer(device, "foliage instances", storage, size_of::<InstanceRecord>() as u64),
             shared: buffer(device, "foliage frame", Usage::UNIFORM | Usage::COPY_DST, size_of::<FrameRecord>() as u64),
             runs: buffer(device, "foliage runs", Usage::VERTEX | Usage::COPY_DST, size_of::<Run>() as u64),
-            pattern: filled(device, "run of quads", Usage::INDEX, bytemuck::cast_slice(&pattern())),
+            pattern: filled(device, "run of quads", Usage::INDEX, bytemuck::cast_slice(&run_indices())),
             bindings: None,
             list: FrameList::default(),
             depth: Depth::default(),
@@ -169,7 +169,11 @@ impl Layer {
                 pass.set_bind_group(bindings::MODEL, &model.bindings, &[]);
                 pass.set_vertex_buffer(0, self.runs.slice(..));
                 pass.set_index_buffer(self.pattern.slice(..), wgpu::IndexFormat::Uint16);
-                pass.draw_indexed(0..RUN_QUADS * QUAD.len() as u32, 0, runs.clone());
+                let indices = match batch.is_trimmed {
+                    true => RUN_INDICES..RUN_INDICES + TRIMMED_RUN_INDICES,
+                    false => 0..RUN_INDICES,
+                };
+                pass.draw_indexed(indices, 0, runs.clone());
             }
         }
     }
@@ -203,11 +207,6 @@ impl Layer {
         }
         Ok(())
     }
-}
-
-/// Indices of the corners of a run's quads.
-fn pattern() -> Vec<u16> {
-    (0..RUN_QUADS as u16).flat_map(|quad| QUAD.map(|corner| 4 * quad + corner)).collect()
 }
 
 /// Variant of the wood: only the wind applies to it.

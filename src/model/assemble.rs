@@ -24,7 +24,7 @@ pub struct Prune {
 impl FoliageModel {
     /// Builds the model of `plant` from `prunes`, the steps in the order in which leaves were
     /// pruned. The first leaf pruned is drawn last, and the one leaf that remains becomes leaf 0.
-    /// Materials, textures and wood are copied from the plant.
+    /// Materials, textures, outlines and wood are copied from the plant.
     ///
     /// `prunes` holds one step for every leaf except the one that remains. O(plant).
     ///
@@ -43,6 +43,7 @@ impl FoliageModel {
                 wood: plant.wood.clone(),
                 materials: plant.materials.clone(),
                 textures: plant.textures.clone(),
+                outlines: plant.outlines.clone(),
             },
             recipe,
             max_scale: prunes.iter().map(|prune| prune.target_scale).fold(1.0, f32::max),

@@ -109,6 +109,7 @@ pub struct Recipe {
 /// 11. Every error is finite and at least 0.
 /// 12. The bounding box of the wood and of every leaf at each scale from 1 to its largest is
 ///     finite.
+/// 13. as for [`Plant`]: outlines are sound.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FoliageModel {
     /// The plant, its leaves in drawing order, each with its swap record. Its fields and methods
@@ -147,6 +148,7 @@ impl FoliageModel {
             wood: self.wood.clone(),
             materials: self.materials.clone(),
             textures: self.textures.clone(),
+            outlines: self.outlines.clone(),
         }
     }
 

@@ -62,7 +62,7 @@ impl FoliageModel {
         self.precision = Precision {
             position: self.quantize_positions().unwrap_or(0.0),
             normal_rad: self.quantize_normals().unwrap_or(0.0),
-            uv: self.quantize_numbers(UV_EXPONENT, |vertex| &mut vertex.uv).unwrap_or(0.0),
+            uv: self.quantize_uvs().unwrap_or(0.0),
             color: self.quantize_numbers(COLOR_EXPONENT, |vertex| &mut vertex.color[..3]).unwrap_or(0.0),
         };
     }
@@ -116,6 +116,16 @@ impl FoliageModel {
             vertex.normal = octahedral::decode(octahedral::encode(vertex.normal, NORMAL_BITS), NORMAL_BITS);
         }
         Some(octahedral::largest_error(NORMAL_BITS))
+    }
+
+    /// Rounds texture coordinates, and the rectangles of outlines alike.
+    fn quantize_uvs(&mut self) -> Option<f32> {
+        let error = self.quantize_numbers(UV_EXPONENT, |vertex| &mut vertex.uv)?;
+        let snap = |number| grid::value(grid::code(number, UV_EXPONENT), UV_EXPONENT);
+        let moved =
+            self.outlines.iter().filter_map(|outline| outline.moved(outline.rect.map(|corner| corner.map(snap))));
+        self.plant.outlines = moved.collect();
+        Some(error)
     }
 
     fn quantize_numbers(&mut self, exponent: i16, numbers: impl Fn(&mut Vertex) -> &mut [f32]) -> Option<f32> {

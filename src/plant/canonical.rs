@@ -22,8 +22,8 @@ impl Plant {
         for ((vertices, indices), leaf) in leaves {
             self.push_leaf(&vertices, &indices, leaf.pivot, leaf.material);
         }
-        let Plant { name, wood, materials, textures, .. } = source;
-        *self = Plant { name, wood, materials, textures, ..std::mem::take(self) };
+        let Plant { name, wood, materials, textures, outlines, .. } = source;
+        *self = Plant { name, wood, materials, textures, outlines, ..std::mem::take(self) };
     }
 }
 

@@ -26,6 +26,9 @@ use crate::{
 use rayon::prelude::*;
 use std::{sync::Arc, time::Instant};
 
+/// The frontmost polygon of each pixel of each view.
+type Fronts = Vec<Vec<u32>>;
+
 /// Receives the progress of a simplification and may stop it.
 pub trait Observer: Send {
     /// Called when a phase of `total` units begins: `"fragments"` (views) or `"prune"` (leaves).
@@ -248,7 +251,7 @@ impl Work<'_> {
         views: &ViewSet,
         source: &mut dyn FragmentSource,
         advance: impl FnMut(u64) -> bool,
-    ) -> Result<(Enlarger, Vec<Layers>, Vec<Vec<u32>>, u64)> {
+    ) -> Result<(Enlarger, Vec<Layers>, Fronts, u64)> {
         let Some(mut enlarger) = enlarger else {
             let SimplifyOptions { compensate, max_scale, .. } = *self.options;
             let Captured { layers, covered, fragments } = capture(self.shapes, views, source, advance)?;

@@ -6,9 +6,9 @@ use crate::{
     bounds::Aabb,
     draw::{light::Lighting, records::Tone, seed::seeds},
     effects::{FadeBy, wind::Sway},
-    leaf::Vertex,
+    leaf::{LeafGeometry, Vertex},
     model::{FoliageModel, Leaf, Timeline, Transition},
-    plant::{Wood, WoodPart},
+    plant::{Outline, Outlines, Wood, WoodPart},
 };
 use glam::{DAffine3, DVec3};
 
@@ -33,6 +33,8 @@ pub struct Part<'a> {
     /// Fraction of a pixel's samples that the part may cover: below 1 only for a leaf that fades by
     /// alpha.
     pub share: f32,
+    /// Outline around all that is opaque of the part's texture, if there is one.
+    pub outline: Option<&'a Outline>,
 }
 
 impl Part<'_> {
@@ -72,6 +74,7 @@ impl<'a> DrawList<'a> {
     pub fn of_plant(plant: &'a Plant) -> Self {
         let mut list = Self::of_wood(&plant.wood, &plant.vertices);
         let seeds = seeds(&plant.vertices, &plant.indices, plant.leaves.iter().map(|leaf| leaf.indices));
+        let outlines = Outlines::new(&plant.outlines);
         list.parts.extend((0..).zip(&plant.leaves).zip(seeds).map(|((number, leaf), seed)| Part {
             vertices: &plant.vertices,
             indices: &plant.indices[leaf.index_range()],
@@ -81,6 +84,7 @@ impl<'a> DrawList<'a> {
             leaf: Some(number),
             seed,
             share: 1.0,
+            outline: outline(&outlines, &plant.vertices, leaf),
         }));
         list
     }
@@ -100,12 +104,14 @@ impl<'a> DrawList<'a> {
     pub fn of_drawn(model: &'a FoliageModel, timeline: &Timeline, drawn: &Drawn) -> Self {
         let mut list = Self::of_wood(&model.wood, &model.vertices);
         let leaves = drawn.transition.drawn().min(timeline.leaves());
+        let outlines = Outlines::new(&model.outlines);
         list.parts.extend((0..leaves).zip(&model.leaves).zip(leaf_seeds(model)).map(|((number, leaf), seed)| {
             let (scale, share) = match drawn.by {
                 FadeBy::Size => (timeline.scale_at(number, &drawn.transition), 1.0),
                 FadeBy::Alpha => (timeline.full_scale_at(number, &drawn.transition), drawn.transition.presence(number)),
             };
-            Part { share, seed, ..part_of_leaf(model, number, leaf, scale * drawn.leaf_scale) }
+            let outline = outline(&outlines, &model.vertices, &leaf.geometry());
+            Part { share, seed, outline, ..part_of_leaf(model, number, leaf, scale * drawn.leaf_scale) }
         }));
         list
     }
@@ -113,7 +119,11 @@ impl<'a> DrawList<'a> {
     fn of_scaled(model: &'a FoliageModel, scales: impl IntoIterator<Item = f32>) -> Self {
         let mut list = Self::of_wood(&model.wood, &model.vertices);
         let leaves = (0..).zip(&model.leaves).zip(scales).zip(leaf_seeds(model));
-        let part = |(((number, leaf), scale), seed)| Part { seed, ..part_of_leaf(model, number, leaf, scale) };
+        let outlines = Outlines::new(&model.outlines);
+        let part = |(((number, leaf), scale), seed): (((u32, &'a Leaf), f32), u32)| {
+            let outline = outline(&outlines, &model.vertices, &leaf.geometry());
+            Part { seed, outline, ..part_of_leaf(model, number, leaf, scale) }
+        };
         list.parts.extend(leaves.map(part));
         list
     }
@@ -128,6 +138,7 @@ impl<'a> DrawList<'a> {
             leaf: None,
             seed: 0,
             share: 1.0,
+            outline: None,
         };
         let crown = Aabb::of_points(leaf_vertices.iter().map(|vertex| vertex.position));
         Self { parts: wood.parts.iter().map(part).collect(), crown }
@@ -144,7 +155,14 @@ fn part_of_leaf<'a>(model: &'a FoliageModel, number: u32, leaf: &Leaf, scale: f3
         leaf: Some(number),
         seed: 0,
         share: 1.0,
+        outline: None,
     }
+}
+
+/// The outline of a leaf with these vertices.
+fn outline<'a>(outlines: &Outlines<'a>, vertices: &[Vertex], leaf: &LeafGeometry) -> Option<&'a Outline> {
+    let vertices = vertices.get(leaf.vertex_range()).unwrap_or_default();
+    outlines.find(leaf.material, vertices.iter().map(|vertex| vertex.uv))
 }
 
 fn leaf_seeds(model: &FoliageModel) -> Vec<u32> {

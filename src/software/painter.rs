@@ -235,7 +235,7 @@ fn check_size(size: [u32; 2]) -> Result<()> {
 }
 
 /// Indices, for each tile, of the triangles whose bounding box touches it.
-fn bin(projected: &Projected, size: [u32; 2], columns: u32) -> Vec<Vec<u32>> {
+fn bin(projected: &Projected<'_>, size: [u32; 2], columns: u32) -> Vec<Vec<u32>> {
     let rows = size[1].div_ceil(TILE_PX);
     let mut bins = vec![Vec::new(); columns as usize * rows as usize];
     let tile_steps = SUBPIXEL * TILE_PX as i64;

@@ -11,6 +11,7 @@ use crate::{
     edge::{SUBPIXEL, twice_area},
     effects::wind::Sway,
     leaf::Vertex,
+    plant::Outline,
 };
 use glam::{DMat4, DVec3, DVec4, Vec2, Vec3};
 
@@ -37,7 +38,7 @@ pub(super) struct Corner {
 
 /// A triangle on the screen; its corners are ordered so that edge functions are positive inside.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ScreenTriangle {
+pub(super) struct ScreenTriangle<'a> {
     pub(super) corners: [u32; 3],
     pub(super) material: u32,
     /// Index of its plant.
@@ -50,25 +51,27 @@ pub(super) struct ScreenTriangle {
     pub(super) samples: u32,
     /// Largest nearness of its corners.
     pub(super) nearest: f32,
+    /// Outline outside which its texture covers nothing at this level.
+    pub(super) outline: Option<&'a Outline>,
 }
 
 /// Clipped triangles of all plants, on the screen.
 #[derive(Default)]
-pub(super) struct Projected {
+pub(super) struct Projected<'a> {
     pub(super) corners: Vec<Corner>,
-    pub(super) triangles: Vec<ScreenTriangle>,
+    pub(super) triangles: Vec<ScreenTriangle<'a>>,
 }
 
 /// Projects every triangle of `plants`. Triangles outside the near and far planes, or without area
 /// on the screen, are left out.
-pub(super) fn project(
-    plants: &[Placed<'_>],
+pub(super) fn project<'a>(
+    plants: &[Placed<'a>],
     mips: &[Option<Mips>],
     camera: &Camera,
     size: [u32; 2],
     wood: bool,
     full_textures: bool,
-) -> Projected {
+) -> Projected<'a> {
     let mut projector = Projector {
         plant: 0,
         sway: None,
@@ -99,7 +102,7 @@ struct Point {
     vertex: Vertex,
 }
 
-struct Projector {
+struct Projector<'a> {
     /// Index of the plant being projected; `sway`, `clip_from_plant` and `eye` belong to it.
     plant: u32,
     sway: Option<Sway>,
@@ -112,10 +115,10 @@ struct Projector {
     is_orthographic: bool,
     size: [f64; 2],
     full_textures: bool,
-    out: Projected,
+    out: Projected<'a>,
 }
 
-impl Projector {
+impl<'a> Projector<'a> {
     /// Starts plant `number`: the following parts belong to it.
     fn enter(&mut self, number: u32, plant: &Placed<'_>, camera: &Camera) {
         self.plant = number;
@@ -124,7 +127,7 @@ impl Projector {
         self.sway = plant.sway;
     }
 
-    fn part(&mut self, part: &Part<'_>, mips: Option<&Mips>) {
+    fn part(&mut self, part: &Part<'a>, mips: Option<&Mips>) {
         self.seed = part.leaf.map(|_| part.seed);
         for triangle in part.indices.chunks_exact(3) {
             let point = |i: usize| part.vertices.get(triangle[i] as usize).map(|vertex| self.point(part, vertex));
@@ -154,7 +157,7 @@ impl Projector {
         (moved, Vertex { normal: (turn * Vec3::from(vertex.normal)).to_array(), ..vertex })
     }
 
-    fn triangle(&mut self, points: [Point; 3], part: &Part<'_>, mips: Option<&Mips>) {
+    fn triangle(&mut self, points: [Point; 3], part: &Part<'a>, mips: Option<&Mips>) {
         if points.iter().all(|point| self.between_planes(point).iter().all(|&distance| distance >= 0.0)) {
             return self.emit(points, part, mips);
         }
@@ -187,7 +190,7 @@ impl Projector {
         kept
     }
 
-    fn emit(&mut self, points: [Point; 3], part: &Part<'_>, mips: Option<&Mips>) {
+    fn emit(&mut self, points: [Point; 3], part: &Part<'a>, mips: Option<&Mips>) {
         let Some(mut corners) = points.map(|point| self.corner(&point)).into_iter().collect::<Option<Vec<_>>>() else {
             return;
         };
@@ -211,6 +214,7 @@ impl Projector {
             leaf: self.seed,
             samples: part.samples(),
             nearest,
+            outline: part.outline.filter(|outline| level <= outline.level),
         });
     }
 

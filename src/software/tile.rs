@@ -18,6 +18,7 @@ use crate::{
     },
     edge::{Edge, SUBPIXEL, twice_area},
     material::Material,
+    plant::{OUTLINE_CORNERS, Outline},
     stochastic::contrast::toned,
 };
 use glam::Vec3;
@@ -28,7 +29,7 @@ const NO_OWNER: u32 = u32::MAX;
 
 /// Input shared by all tiles.
 pub(super) struct Scene<'a> {
-    pub(super) projected: &'a Projected,
+    pub(super) projected: &'a Projected<'a>,
     pub(super) materials: &'a [Material],
     pub(super) mips: &'a [Option<Mips>],
     pub(super) srgb: &'a SrgbTable,
@@ -92,10 +93,11 @@ impl Tile {
         let edges = self.edges(triangle, scene);
         let depth = self.plane(triangle, scene, |corner| corner.nearness as f64);
         let mask = self.alpha_test(triangle, scene);
+        let trim = mask.as_ref().zip(triangle.outline).map(|(mask, outline)| mask.trim(outline, &depth));
         for y in y_range {
             for x in x_range.clone() {
                 let pixel = (y * TILE_PX as i64 + x) as usize;
-                if triangle.nearest <= self.farthest[pixel] {
+                if triangle.nearest <= self.farthest[pixel] || trim.as_ref().is_some_and(|trim| trim.misses([x, y])) {
                     continue;
                 }
                 let mut covered = coverage(&edges, x, y) & triangle.samples;
@@ -110,7 +112,7 @@ impl Tile {
 
     /// Columns and rows of the tile that the triangle's bounding box touches, relative to the
     /// tile's origin; `None` if there are none.
-    fn bounds(&self, triangle: &ScreenTriangle, scene: &Scene<'_>) -> Option<[std::ops::Range<i64>; 2]> {
+    fn bounds(&self, triangle: &ScreenTriangle<'_>, scene: &Scene<'_>) -> Option<[std::ops::Range<i64>; 2]> {
         let corners = triangle.corners.map(|corner| scene.projected.corners[corner as usize].at);
         let range = |axis: usize| {
             let values = corners.map(|corner| corner[axis]);
@@ -123,7 +125,7 @@ impl Tile {
         ranges.iter().all(|range| !range.is_empty()).then_some(ranges)
     }
 
-    fn edges(&self, triangle: &ScreenTriangle, scene: &Scene<'_>) -> [SampledEdge; 3] {
+    fn edges(&self, triangle: &ScreenTriangle<'_>, scene: &Scene<'_>) -> [SampledEdge; 3] {
         let corners = triangle.corners.map(|corner| scene.projected.corners[corner as usize].at);
         let [a, b, c] = corners.map(|corner| [0, 1].map(|axis| corner[axis] - self.origin[axis] * SUBPIXEL));
         [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)].map(SampledEdge::new)
@@ -131,7 +133,7 @@ impl Tile {
 
     fn plane(
         &self,
-        triangle: &ScreenTriangle,
+        triangle: &ScreenTriangle<'_>,
         scene: &Scene<'_>,
         value: impl Fn(&super::project::Corner) -> f64,
     ) -> Plane {
@@ -145,7 +147,7 @@ impl Tile {
         Plane { at_origin: va - dx * a[0] - dy * a[1], per_px: [dx, dy] }
     }
 
-    fn alpha_test<'a>(&self, triangle: &ScreenTriangle, scene: &Scene<'a>) -> Option<AlphaTest<'a>> {
+    fn alpha_test<'a>(&self, triangle: &ScreenTriangle<'_>, scene: &Scene<'a>) -> Option<AlphaTest<'a>> {
         let material = scene.materials.get(triangle.material as usize)?;
         let cutoff = material.texture_cutoff()?;
         let mips = scene.mips.get(triangle.material as usize)?.as_ref()?;
@@ -257,9 +259,46 @@ impl AlphaTest<'_> {
         self.mips.alpha(self.level, [self.u.at(x, y) * w, self.v.at(x, y) * w]) >= threshold
     }
 
+    /// The outline of the triangle's texture, on the screen.
+    fn trim(&self, outline: &Outline, depth: &Plane) -> Trim {
+        let one_over_w = if self.is_orthographic { Plane { at_origin: 1.0, per_px: [0.0; 2] } } else { *depth };
+        let mut trim = Trim { edges: [one_over_w; MAX_EDGES], count: outline.corners.len().min(MAX_EDGES) };
+        for (i, edge) in trim.edges.iter_mut().enumerate().take(trim.count) {
+            let [a, b] = [i, i + 1].map(|i| outline.corners[i % trim.count].map(f64::from));
+            let (of_u, of_v) = (a[1] - b[1], b[0] - a[0]);
+            let of_one = -(of_u * a[0] + of_v * a[1]);
+            let sum = |u: f64, v: f64, one: f64| of_u * u + of_v * v + of_one * one;
+            *edge = Plane {
+                at_origin: sum(self.u.at_origin, self.v.at_origin, one_over_w.at_origin),
+                per_px: [0, 1].map(|axis| sum(self.u.per_px[axis], self.v.per_px[axis], one_over_w.per_px[axis])),
+            };
+        }
+        trim
+    }
+
     fn threshold(&self, sample: usize) -> f32 {
         let rank = (self.first_threshold + THRESHOLD_STEP * sample as u32) % SAMPLES as u32;
         (rank as f32 + 0.5) / SAMPLES as f32
+    }
+}
+
+/// Most edges of an outline.
+const MAX_EDGES: usize = OUTLINE_CORNERS[1] as usize;
+
+/// An outline on the screen: functions that are affine there and negative outside an edge, since
+/// u/w, v/w and 1/w are affine.
+struct Trim {
+    edges: [Plane; MAX_EDGES],
+    count: usize,
+}
+
+impl Trim {
+    /// Whether all of a pixel is outside the outline.
+    fn misses(&self, [x, y]: [i64; 2]) -> bool {
+        self.edges[..self.count].iter().any(|edge| {
+            let [right, down] = edge.per_px;
+            edge.at_origin + right * x as f64 + down * y as f64 + right.max(0.0) + down.max(0.0) < 0.0
+        })
     }
 }
 

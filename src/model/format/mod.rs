@@ -48,7 +48,8 @@ pub struct ModelFile {
     pub model: FoliageModel,
     /// Version of the format.
     pub version: u32,
-    /// Parts of the file: `table`, `about`, `leaf_records`, `leaf_vertices`, `wood`, `textures`.
+    /// Parts of the file: `table`, `about`, `leaf_records`, `leaf_vertices`, `wood`, `textures`,
+    /// `outlines`.
     pub parts: Vec<Part>,
     /// Sections that were skipped because this version of the program does not know them, by their
     /// tags. Worth a warning: the model was made by a newer one.

@@ -103,13 +103,13 @@ pub(super) fn parse(path: &Path, head: &[u8], length: u64) -> Result<Vec<Section
     Ok(sections)
 }
 
-/// Joins required sections to a file.
+/// Joins sections, each with its tag and flags, to a file.
 ///
 /// # Errors
 /// [`Error::TooLarge`] if it exceeds [`MAX_FILE_BYTES`].
-pub(super) fn join(name: &str, sections: &[(Tag, Vec<u8>)]) -> Result<Vec<u8>> {
+pub(super) fn join(name: &str, sections: &[(Tag, u32, Vec<u8>)]) -> Result<Vec<u8>> {
     let table_end = TABLE_AT + sections.len() * ENTRY_BYTES;
-    let length = table_end as u64 + sections.iter().map(|(_, bytes)| bytes.len() as u64).sum::<u64>();
+    let length = table_end as u64 + sections.iter().map(|(.., bytes)| bytes.len() as u64).sum::<u64>();
     check_length(Path::new(name), length)?;
     let mut file = Vec::with_capacity(length as usize);
     file.extend(MAGIC);
@@ -117,9 +117,9 @@ pub(super) fn join(name: &str, sections: &[(Tag, Vec<u8>)]) -> Result<Vec<u8>> {
     file.extend((sections.len() as u32).to_le_bytes());
     file.extend([0; 4]);
     let mut at = table_end as u64;
-    for (tag, bytes) in sections {
+    for (tag, flags, bytes) in sections {
         file.extend(tag);
-        file.extend(REQUIRED.to_le_bytes());
+        file.extend(flags.to_le_bytes());
         file.extend(at.to_le_bytes());
         file.extend((bytes.len() as u64).to_le_bytes());
         file.extend(crc32fast::hash(bytes).to_le_bytes());
@@ -127,7 +127,7 @@ pub(super) fn join(name: &str, sections: &[(Tag, Vec<u8>)]) -> Result<Vec<u8>> {
     }
     let crc = table_crc(&file, &file[TABLE_AT..]);
     file[16..20].copy_from_slice(&crc.to_le_bytes());
-    sections.iter().for_each(|(_, bytes)| file.extend(bytes));
+    sections.iter().for_each(|(.., bytes)| file.extend(bytes));
     Ok(file)
 }
 

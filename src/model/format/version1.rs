@@ -72,6 +72,7 @@ pub(super) fn decode_model(path: &Path, head: &Head, file: &[u8]) -> Result<Foli
         wood: section(path, 3, wood)?,
         materials,
         textures: section(path, 4, textures)?,
+        outlines: Vec::new(),
     };
     Ok(FoliageModel { plant, recipe, max_scale, precision: Precision::EXACT })
 }

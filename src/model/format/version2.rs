@@ -7,6 +7,7 @@
 //! | `VERT` | leaf vertices and indices |
 //! | `WOOD` | wood |
 //! | `TEXT` | textures |
+//! | `OUTL` | outlines of cards; left out if there are none, and may be skipped |
 //!
 //! Each is a record whose byte fields are streams: columns of integers, split into byte planes and
 //! deflated where that helps. Floats keep their bits: equal models give equal bytes.
@@ -24,18 +25,21 @@ use super::{
 use crate::{
     Error, Result,
     material::{Material, Texture, TextureFormat},
-    plant::{MAX_ELEMENTS, MAX_LEAVES, PlantOf},
+    plant::{MAX_ELEMENTS, MAX_LEAVES, Outline, PlantOf},
 };
 use serde::{Deserialize, Serialize};
 use std::{borrow::Cow, path::Path};
 
+/// Tag of the only section that a file may lack and a reader may skip.
+const OUTLINES: Tag = *b"OUTL";
 /// Tags in the order in which the sections are written, and what they hold.
-pub(super) const SECTIONS: [(Tag, &str); 5] = [
+pub(super) const SECTIONS: [(Tag, &str); 6] = [
     (*b"ABOU", "about"),
     (*b"LEAF", "leaf_records"),
     (*b"VERT", "leaf_vertices"),
     (*b"WOOD", "wood"),
     (*b"TEXT", "textures"),
+    (OUTLINES, "outlines"),
 ];
 
 /// Memory that a file may take when it is read: so many bytes, and so many per byte of the file.
@@ -121,8 +125,13 @@ fn encode_by(model: &FoliageModel, packing: Packing) -> Result<Vec<u8>> {
         encode(&Foliage::encode(&model.leaves, &model.vertices, &model.indices, packing))?,
         encode(&PackedWood::encode(&model.wood, packing))?,
         encode(&textures)?,
+        encode(&model.outlines)?,
     ];
-    let sections: Vec<_> = SECTIONS.iter().map(|(tag, _)| *tag).zip(records).collect();
+    let sections = SECTIONS.iter().zip(records).map(|((tag, _), record)| match *tag {
+        OUTLINES => (*tag, 0, record),
+        _ => (*tag, REQUIRED, record),
+    });
+    let sections: Vec<_> = sections.filter(|(tag, ..)| *tag != OUTLINES || !model.outlines.is_empty()).collect();
     join(&model.name, &sections)
 }
 
@@ -138,12 +147,10 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
         return Err(Error::Unsupported { path: path.into(), feature, fix });
     }
     let checked: Vec<&[u8]> = sections.iter().map(|section| section.bytes(path, file)).collect::<Result<_>>()?;
-    let of_tag = |tag: Tag| {
-        let index = sections.iter().position(|section| section.tag == tag);
-        index.map(|index| checked[index]).ok_or_else(|| damaged(path, format!("no section {}", tag.escape_ascii())))
-    };
-    let found = SECTIONS.map(|(tag, _)| of_tag(tag));
-    let [about, leaves, foliage, wood, textures] = found;
+    let found = |tag: Tag| sections.iter().position(|section| section.tag == tag).map(|index| checked[index]);
+    let of_tag = |tag: Tag| found(tag).ok_or_else(|| damaged(path, format!("no section {}", tag.escape_ascii())));
+    let [about, leaves, foliage, wood, textures, _] = SECTIONS.map(|(tag, _)| of_tag(tag));
+    let outlines: Decoded<Vec<Outline>> = found(OUTLINES).map_or_else(|| Ok(Vec::new()), decode);
     let about: About = damaged_in(path, "ABOU", decode(about?))?;
     let counts = about.counts;
     if !counts.fit(file.len() as u64) {
@@ -163,6 +170,7 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
         wood: damaged_in(path, "WOOD", wood)?,
         materials: about.materials,
         textures: damaged_in(path, "TEXT", decode_textures(textures?))?,
+        outlines: damaged_in(path, "OUTL", outlines)?,
     };
     let Precision { position, normal_rad, uv, color } = about.precision;
     if ![position, normal_rad, uv, color].iter().all(|step| step.is_finite() && *step >= 0.0) {

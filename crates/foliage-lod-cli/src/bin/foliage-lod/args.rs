@@ -132,6 +132,10 @@ pub struct Simplify {
     /// Keep every bit of positions, normals, texture coordinates and colours: twice the file.
     #[arg(long)]
     pub exact: bool,
+    /// Find an outline around what shows of each picture of cut-out leaves; only its inside is then
+    /// drawn. Changes neither the order nor the scales of the leaves.
+    #[arg(long, value_enum, default_value_t = Trim::On)]
+    pub trim: Trim,
     #[command(flatten)]
     pub import: Import,
     /// Processor that captures the fragments; auto uses a hardware GPU if there is one.

@@ -149,6 +149,7 @@ fn tell_model(file: &ModelFile) -> Result<(), Failure> {
     ))?;
     output::line(format_args!("invariants: all hold; largest scale {}", model.max_scale))?;
     tell_storage(file)?;
+    tell_outlines(model)?;
     material_lines(&model.materials).iter().try_for_each(output::line)?;
     tell_bounds(model.aabb(), model.sphere())?;
     output::line("leaves kept  error so far  largest scale")?;
@@ -168,6 +169,15 @@ fn tell_storage(file: &ModelFile) -> Result<(), Failure> {
     let size = DecimalBytes(total);
     output::line(format_args!("file: version {}, {size}, {a_leaf} a leaf: {}", file.version, parts.join(", ")))?;
     output::line(format_args!("precision: {}", precision_line(&file.model.precision)))
+}
+
+/// Prints how much of the leaves is left to draw within their outlines, if there are any.
+fn tell_outlines(model: &FoliageModel) -> Result<(), Failure> {
+    if model.outlines.is_empty() {
+        return Ok(());
+    }
+    let left = 100.0 * model.to_plant().trimmed_share();
+    output::line(format_args!("outlines: {}, which leave {left:.1} % of the leaves' area", model.outlines.len()))
 }
 
 fn precision_line(precision: &Precision) -> String {
@@ -261,6 +271,8 @@ fn model_json(file: &ModelFile) -> Value {
         "bytes": bytes_by(&file.parts),
         "skipped": bytes_by(&file.skipped),
         "precision": output::precision_json(&model.precision),
+        "outlines": model.outlines.len(),
+        "area_left": model.to_plant().trimmed_share(),
         "error_curve": curve,
     });
     merged(recipe_json(&model.recipe), about)

@@ -44,6 +44,15 @@ pub enum Raster {
     Cpu,
 }
 
+/// Whether cards are trimmed.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Trim {
+    /// Drawn within their outlines.
+    On,
+    /// Drawn whole.
+    Off,
+}
+
 /// How the leaves to draw are chosen.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Method {

@@ -5,6 +5,7 @@ use foliage_lod::{
     Error, FoliageModel,
     file::{check_writable, write_whole},
     grow::{GrowOptions, Species, grow},
+    plant::TRIM_CORNERS,
     simplify::{Simplified, SimplifyOptions},
 };
 use indicatif::{DecimalBytes, HumanCount};
@@ -25,9 +26,10 @@ pub fn run() -> Result<(), Failure> {
     let model_path = folder.join(SPECIES).with_extension("vds");
     prepare(folder, &model_path)?;
     let mut steps = Steps::new(false);
-    let plant = spinning("growing", || grow(&Species::embedded(SPECIES)?, &GrowOptions::default()))?;
+    let mut plant = spinning("growing", || grow(&Species::embedded(SPECIES)?, &GrowOptions::default()))?;
     let [leaves, wood] = [plant.leaves.len(), plant.wood.triangles()].map(|count| HumanCount(count as u64));
     steps.done("grow", format!("{SPECIES}: {leaves} leaves, {wood} wood triangles"))?;
+    plant.trim(TRIM_CORNERS)?;
     let options = SimplifyOptions::default();
     let (Simplified { mut model, fragments, .. }, rasteriser) = simplified(Raster::Auto, &plant, &options)?;
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);

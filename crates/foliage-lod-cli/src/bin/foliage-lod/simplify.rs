@@ -12,6 +12,7 @@ use foliage_lod::{
     Error, FoliageModel, Plant, file,
     import::{self, ImportOptions, Imported},
     measure::{Reached, Target},
+    plant::TRIM_CORNERS,
     simplify::Simplified,
 };
 use foliage_lod_cli::report::offline::peak_bytes;
@@ -32,10 +33,13 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     check_outputs(args)?;
     let mut steps = Steps::new(args.json);
     let import_options = ImportOptions { max_memory_mb: args.max_memory, ..args.import.options() };
-    let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &import_options))?;
+    let Imported { mut plant, warnings, .. } = spinning("reading", || import::load(&args.input, &import_options))?;
     warnings.iter().for_each(|warning| complain(output::warning_line(warning)));
     let import_seconds =
         steps.done("read", format!("{}: {} leaves", plant.name, HumanCount(plant.leaves.len() as u64)))?;
+    if args.trim == args::Trim::On {
+        plant.trim(TRIM_CORNERS)?;
+    }
     let (Simplified { mut model, fragments, seconds }, rasteriser) = simplified(args.raster, &plant, &options)?;
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", HumanCount(fragments)))?;
