@@ -158,7 +158,7 @@ mod on_the_gpu {
             let [before, after] = [whole, trimmed].map(|picture| differing(bare, picture));
             println!("{}: bytes differ by {mean:.3}, {after} pixels covered instead of {before}", plant.name);
             is_drawn_trimmed |= whole != trimmed;
-            assert!(mean < 3.0, "{}: bytes differ by {mean}", plant.name);
+            assert!(mean < 1.0, "{}: bytes differ by {mean}", plant.name);
             assert!(after.abs_diff(before) <= 20 + before / 200, "{}: {after} instead of {before}", plant.name);
         }
         assert!(is_drawn_trimmed, "{}", plant.name);

@@ -12,9 +12,8 @@ use crate::plant::{Outline, Outlines};
 use glam::Vec3;
 
 /// Pixels along the shorter side of the median card from which on outlines are drawn. Smaller cards
-/// show mip levels that reach beyond the margin of outlines: from 16 pixels on, 2 % of the pixels
-/// of an oak would differ.
-const LEAST_CARD_PX: f32 = 32.0;
+/// show mip levels that reach beyond the margin of outlines.
+const LEAST_CARD_PX: f32 = 96.0;
 /// How far a quad may be from a parallelogram, as a share of its diagonal.
 const FLATNESS: f32 = 1.0 / 256.0;
 
