@@ -6,8 +6,8 @@
 //! pixels. The estimate also includes a record for each pixel, the data of each leaf and view, and
 //! the triangles of the views that are captured at once.
 //!
-//! Accuracy: the estimate is 0.9 to 1.5 times the measured memory for the embedded species and 0.9
-//! to 1.8 times for four downloaded trees, with two threads on Linux, presets paper and balanced,
+//! Accuracy: the estimate is 1.3 to 1.7 times the measured memory for the embedded species and 0.8
+//! to 2.4 times for four downloaded trees, with two threads on Linux, presets paper and balanced,
 //! 64 to 512 pixels.
 //!
 //! Limits: transparent texels count as covering, so the estimate is too high for sparse leaf
@@ -57,7 +57,7 @@ pub fn check(plant: &Plant, options: &SimplifyOptions) -> Result<()> {
 }
 
 /// Estimates the peak memory of [`simplify`](super::simplify()) in bytes, in addition to the plant
-/// itself: 0.9 to 1.8 times what was measured. Takes time proportional to the plant's
+/// itself: 0.8 to 2.4 times what was measured. Takes time proportional to the plant's
 /// triangles.
 ///
 /// # Errors
