@@ -211,9 +211,11 @@ fn texel(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> Te
     let minified = clamp(level, 0.0, 1.0);
     let inside = vec2(wrapped(uv.x, material.wrap.x), wrapped(uv.y, material.wrap.y));
     let full = textureSampleLevel(textures, filtering, inside, material.layer, 0.0).a;
-    // Coverage rises from 0 to 1 within one pixel around the cutoff.
-    let sharpness = 1.0 / max(fwidth(full), 1e-4);
-    let smooth_edge = clamp((full - material.cutoff) * sharpness + 0.5, 0.0, 1.0);
+    // Coverage rises from 0 to 1 within one pixel around the cutoff, but is 0 where alpha is 0: the
+    // neighbours of a pixel at a card's edge may be sampled beside its picture.
+    let widest = 2.0 * min(material.cutoff, 1.0 - material.cutoff);
+    let rise = max(min(fwidth(full), widest), 1e-4);
+    let smooth_edge = clamp((full - material.cutoff) / rise + 0.5, 0.0, 1.0);
     let edge = select(select(0.0, 1.0, full >= material.cutoff), smooth_edge, SAMPLES > 1u);
     let filtered = textureSampleLevel(textures, filtering, inside, material.layer, max(level, 0.0));
     // Between the full texture and the first level, `filtered` contains (1 - minified) * full.

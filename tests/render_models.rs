@@ -5,16 +5,21 @@
 
 mod common;
 
-use common::gpu::{difference, gpu};
+use common::{
+    gpu::{difference, gpu},
+    plants,
+};
 use foliage_lod::{
     FoliageModel, FoliageRenderer, Instance, Look, LookAt, Swap,
     draw::{Coloring, ModelId, Prepared},
     gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
+    material::Wrap,
     simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
     software::{DrawList, DrawOptions, Image, Painter, Placed},
+    stochastic::shuffled,
 };
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [192, 160];
 
@@ -63,6 +68,36 @@ impl Stage {
 
     fn at_origin(&self, active: f32) -> Instance {
         Instance::new(self.models[0], DAffine3::IDENTITY, active)
+    }
+}
+
+/// A turned card whose picture repeats and covers its left quarter but for one column of texels:
+/// what covers lies two texels beyond its right edge.
+#[test]
+fn a_card_shows_nothing_at_an_edge_where_its_picture_is_transparent() {
+    let mut plant = plants::masked(0, 1);
+    let covering = |i: u32| [80, 160, 60, if (1..16).contains(&(i % 64)) { 255 } else { 0 }];
+    let image = image::RgbaImage::from_raw(64, 64, (0..64 * 64).flat_map(covering).collect()).unwrap();
+    let mut png = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    plant.textures[0].bytes = png.into_inner();
+    (plant.materials[0].alpha_cutoff, plant.materials[0].wrap) = (0.2, [Wrap::Repeat; 2]);
+    let (along, across) = (Vec3::new(-0.3, 2.0, 0.0), Vec3::new(2.0, 0.3, 0.0));
+    let base = -0.5 * along;
+    plants::push_card(&mut plant, base, along, across, base);
+    let model = shuffled(&plant, 1).unwrap();
+    let Some(mut stage) = Stage::new(&[&model]) else { return };
+    for zoom in [1.0, 0.7, 0.5, 0.4] {
+        let camera = LookAt::framing(&model.sphere(), DVec3::Z, 0.8, zoom).with_aspect(1.2);
+        let [bare, drawn] = [0.0, 1.0].map(|active| {
+            let instance = stage.at_origin(active);
+            stage.picture(&camera, &[instance])
+        });
+        let pixels = bare.rgba.chunks_exact(4).zip(drawn.rgba.chunks_exact(4)).zip(0_u32..);
+        let shown = pixels.filter(|((bare, drawn), _)| bare != drawn).map(|(_, pixel)| pixel % SIZE[0]);
+        let (left, right): (Vec<u32>, Vec<u32>) = shown.partition(|&column| column < SIZE[0] / 2);
+        println!("{zoom}: {} pixels on the left, {} on the right", left.len(), right.len());
+        assert!(left.len() > 200 && right.is_empty(), "{} pixels on the left, {right:?}", left.len());
     }
 }
 
