@@ -11,7 +11,11 @@ struct Tone {
 // One per instance.
 @group(2) @binding(0) var<storage, read> tones: array<Tone>;
 
-fn toned(color: vec3<f32>, instance: u32) -> vec3<f32> {
-    let tone = tones[instance];
+fn kept_at(scale: f32) -> f32 {
+    return 1.0;
+}
+
+fn toned(color: vec3<f32>, surface: Surface) -> vec3<f32> {
+    let tone = tones[surface.instance];
     return tone.mean + tone.kept * (color - tone.mean);
 }

@@ -78,6 +78,7 @@ fn leaf_surface(corner_in_run: u32, item: vec2<u32>, clip_from_anchor: mat4x4<f3
     surface.leaf = number;
     surface.seed = leaf.pivot_z_seed & 0xffff0000u;
     surface.share = 1.0;
+    surface.kept = kept_at(scale);
     surface.uv_size = look.shown;
     return surface;
 }

@@ -44,6 +44,10 @@ struct Instance {
 struct Crown {
     center_local: vec3<f32>,
     inverse_half_size: vec3<f32>,
+    // Exponent of the tone of enlarged leaves.
+    tone: f32,
+    // Mean shaded colour of the leaves, linear.
+    mean: vec3<f32>,
 }
 
 struct Material {
@@ -91,6 +95,8 @@ struct Surface {
     @location(10) @interpolate(flat) eye: vec3<f32>,
     @location(11) @interpolate(flat) towards_sun: vec3<f32>,
     @location(12) @interpolate(flat) upwards: vec3<f32>,
+    // Fraction of the colour's distance from the plant's mean that is kept.
+    @location(13) @interpolate(flat) kept: f32,
 }
 
 // Position and normal of a leaf's vertex after scaling and wind.
@@ -135,7 +141,7 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     if COLORING == COLORING_PICTURE {
         color = lit_color;
         if is_leaf {
-            color = toned(color, surface.instance);
+            color = toned(color, surface);
         }
     }
     return Shaded(vec4(encoded(color), 1.0), samples);

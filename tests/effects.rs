@@ -44,7 +44,7 @@ impl Stage {
     fn new(model: &FoliageModel, effects: Effects) -> Option<Self> {
         let gpu = gpu()?;
         let target = Offscreen::new(&gpu, SIZE).unwrap();
-        let look = Look { effects, ..Look::default() };
+        let look = Look { effects, tone: false, ..Look::default() };
         let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, look).unwrap();
         let model = foliage.add_model(gpu.device(), gpu.queue(), model).unwrap();
         Some(Self { gpu, target, foliage, model })
@@ -72,7 +72,7 @@ fn all() -> Effects {
 
 /// Draws the model with the same effects on the CPU.
 fn painted(model: &FoliageModel, effects: &Effects, camera: &LookAt, active: f32) -> Image {
-    let mut foliage = SoftwareRenderer::new(Look { effects: *effects, ..Look::default() }).unwrap();
+    let mut foliage = SoftwareRenderer::new(Look { effects: *effects, tone: false, ..Look::default() }).unwrap();
     let id = foliage.add_model(model).unwrap();
     let frame = Frame::new(&camera.camera(SIZE[1])).at(SECONDS);
     foliage.draw(frame, &[Instance::new(id, DAffine3::IDENTITY, active)], SIZE).unwrap().image

@@ -93,10 +93,10 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
             "Packing",
             [grid_step, wood_step, quads_per_leaf, first_color, first_look, widths_in_looks, first_outline]
         );
-        assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size]);
+        assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size, tone, mean]);
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);
     }
-    let all = Variant { wind: true, contrast: true, alpha: true };
+    let all = Variant { wind: true, contrast: true, tone: false, alpha: true };
     let module = parsed(&shaders::leaf_pass(&look, all));
     assert_layout!(&module, Tone, "Tone", [mean, kept]);
     assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, phases, flutter]);

@@ -36,6 +36,8 @@ pub struct ModelFacts {
     pub(crate) shape: Shape,
     /// Mean shaded colour of the leaves, linear, if contrast is enabled.
     pub(crate) mean: [f32; 3],
+    /// Whether enlarged leaves have a tone.
+    pub(super) has_tone: bool,
 }
 
 impl ModelFacts {
@@ -65,6 +67,7 @@ impl ModelFacts {
             leaf_reaches,
             shape: Shape::new(&Aabb::of_points(corners().map(local))),
             mean,
+            has_tone: model.growth.tone > 0.0,
         }
     }
 }

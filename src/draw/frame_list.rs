@@ -56,19 +56,20 @@ struct Listed {
 }
 
 /// Bits of a sorting key below the model, the variant and the trimming.
-const CUT_BITS: u32 = 29;
+const CUT_BITS: u32 = 28;
 
 /// Key by which plants are sorted: first by model, variant and trimming, which the leaves' draws
 /// depend on, then by the number of the wood's cut.
 fn key(model: ModelId, variant: Variant, is_trimmed: bool, cut: u32) -> u64 {
     // The lower half of a model's key is its index among the models that exist.
     let model = model.data().as_ffi() << 32;
-    let variant = u64::from(variant.wind) << 1 | u64::from(variant.contrast);
+    let variant = u64::from(variant.wind) << 2 | u64::from(variant.contrast) << 1 | u64::from(variant.tone);
     model | variant << (CUT_BITS + 1) | u64::from(is_trimmed) << CUT_BITS | u64::from(cut)
 }
 
 fn variant_of(key: u64) -> Variant {
-    Variant { wind: key >> (CUT_BITS + 2) & 1 == 1, contrast: key >> (CUT_BITS + 1) & 1 == 1, alpha: false }
+    let [wind, contrast, tone] = [3, 2, 1].map(|bit| key >> (CUT_BITS + bit) & 1 == 1);
+    Variant { wind, contrast, tone, alpha: false }
 }
 
 fn is_trimmed(key: u64) -> bool {
@@ -195,9 +196,10 @@ impl FrameList {
                 f64::from(reach) * place.pixels_per_unit > 0.5
             });
             let is_reduced = instance.active < model.leaves as f32;
-            let contrast = look.effects.contrast.is_some() && is_reduced;
+            let tone = look.tone && model.has_tone && (is_reduced || instance.leaf_scale > 1.0);
+            let contrast = look.effects.contrast.is_some() && is_reduced && !(look.tone && model.has_tone);
             let (cut, stem_width) = model.stems.numbered((f64::from(look.thinnest_px) / place.pixels_per_unit) as f32);
-            let variant = Variant { wind: moves, contrast, alpha: false };
+            let variant = Variant { wind: moves, contrast, tone, alpha: false };
             let record = self.unsorted.len() as u32;
             let is_trimmed = place.pixels_per_unit >= f64::from(model.trimmed_from);
             let key = key(instance.model, variant, is_trimmed, cut);

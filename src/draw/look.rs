@@ -13,6 +13,7 @@ use crate::{
     Result,
     effects::{Effects, FadeBy},
     error::check_range,
+    model::Growth,
 };
 
 /// Appearance of a renderer's plants.
@@ -24,6 +25,10 @@ pub struct Look {
     pub effects: Effects,
     /// Sun and sky.
     pub lighting: Lighting,
+    /// Whether enlarged leaves are drawn with the tone of their model (see
+    /// [`Growth::tone`](crate::model::Growth::tone)), which then takes the place of the effect
+    /// `contrast`.
+    pub tone: bool,
     /// The ground under the plants; `None` draws none.
     pub ground: Option<Ground>,
     /// Width in pixels below which only some stems are drawn, widened to cover as much as all of
@@ -32,11 +37,12 @@ pub struct Look {
 }
 
 impl Default for Look {
-    /// No effects; stems thinner than half a pixel are drawn in part.
+    /// No effects but the model's tone; stems thinner than half a pixel are drawn in part.
     fn default() -> Self {
         Self {
             coloring: Coloring::default(),
             effects: Effects::default(),
+            tone: true,
             lighting: Lighting::default(),
             ground: None,
             thinnest_px: 0.5,
@@ -54,6 +60,12 @@ impl Look {
         check_range("ground.haze", haze, f64::MIN_POSITIVE..=f64::MAX)?;
         check_range("thinnest_px", self.thinnest_px, 0.0..=f32::MAX)?;
         self.effects.check()
+    }
+
+    /// Whether the mean shaded colour of a model's leaves is needed.
+    #[cfg(feature = "software")]
+    pub(crate) fn tones(&self, growth: &Growth) -> bool {
+        self.effects.contrast.is_some() || self.tone && growth.tone > 0.0
     }
 
     /// Whether leaves fade by alpha.
@@ -106,8 +118,10 @@ impl Coloring {
 pub struct Variant {
     /// The plants move visibly in the wind.
     pub wind: bool,
-    /// Shaded colours are pulled towards the mean.
+    /// Shaded colours are pulled towards the mean by the effect `contrast`.
     pub contrast: bool,
+    /// Shaded colours of enlarged leaves are pulled towards the mean; excludes `contrast`.
+    pub tone: bool,
     /// Some leaves of the draw are partly present, by alpha.
     pub alpha: bool,
 }
@@ -115,7 +129,11 @@ pub struct Variant {
 impl Variant {
     /// All combinations.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..8).map(|bits| Self { wind: bits & 1 != 0, contrast: bits & 2 != 0, alpha: bits & 4 != 0 })
+        let of_bits = |bits| {
+            let [wind, contrast, tone, alpha] = [1, 2, 4, 8].map(|bit| bits & bit != 0);
+            Self { wind, contrast, tone, alpha }
+        };
+        (0..16).map(of_bits).filter(|variant| !(variant.contrast && variant.tone))
     }
 
     /// Whether its shader reads effect buffers.

@@ -258,7 +258,7 @@ pub struct MaterialRecord {
     pub padding: [u32; 3],
 }
 
-/// Bounding box of the crown, as `surface.wgsl` reads it.
+/// The crown of a model, as `surface.wgsl` reads it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct CrownRecord {
@@ -268,6 +268,10 @@ pub struct CrownRecord {
     pub padding: f32,
     /// One over half the box's size.
     pub inverse_half_size: [f32; 3],
+    /// Tone of enlarged leaves; see [`Growth::tone`](crate::model::Growth::tone).
+    pub tone: f32,
+    /// Mean shaded colour of the leaves, linear, if `tone` is above 0.
+    pub mean: [f32; 3],
     /// Padding to a multiple of 16 bytes.
     pub end: f32,
 }

@@ -159,7 +159,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .with_part(include_str!("../../shaders/surface.wgsl"))
         .with_part(include_str!("../../shaders/packing.wgsl"))
         .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
-        .with_part(part(variant.contrast, include_str!("../../shaders/contrast.wgsl"), NO_CONTRAST))
+        .with_part(tone(variant))
         .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))
         .with_part(part(has_shadow, include_str!("../../shaders/shadow.wgsl"), ""))
         .with_part(part(has_shadow, include_str!("../../shaders/shadowed.wgsl"), NO_SHADOW))
@@ -168,13 +168,25 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
 
 const NO_SHADOW: &str = "fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 { return 1.0; }\n";
 const NO_FADE: &str = "fn fade_share(leaf: u32, instance: u32) -> f32 { return 1.0; }\n";
-const NO_CONTRAST: &str = "fn toned(color: vec3<f32>, instance: u32) -> vec3<f32> { return color; }\n";
+const NO_TONE: &str = "\
+fn kept_at(scale: f32) -> f32 { return 1.0; }
+fn toned(color: vec3<f32>, surface: Surface) -> vec3<f32> { return color; }
+";
 const NO_WIND: &str = "\
 fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> { return rest; }
 fn moved_leaf(pivot: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, leaf: u32, instance: u32) -> Moved {
     return Moved(pivot + offset, normal);
 }
 ";
+
+/// What moves shaded colours of leaves towards their mean.
+fn tone(variant: Variant) -> &'static str {
+    match variant {
+        Variant { tone: true, .. } => include_str!("../../shaders/tone.wgsl"),
+        Variant { contrast: true, .. } => include_str!("../../shaders/contrast.wgsl"),
+        _ => NO_TONE,
+    }
+}
 
 /// Adds the constants of `light.wgsl`.
 fn light_constants(source: ShaderSource, lighting: &Lighting) -> ShaderSource {

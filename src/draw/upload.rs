@@ -190,6 +190,8 @@ fn crown_record(model: &FoliageModel, center: DVec3) -> CrownRecord {
         center_local: (crown.center() - center).as_vec3().to_array(),
         padding: 0.0,
         inverse_half_size: inverse_half_size(&crown).to_array(),
+        tone: model.growth.tone,
+        mean: [0.0; 3],
         end: 0.0,
     }
 }

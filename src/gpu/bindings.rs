@@ -21,7 +21,7 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
     };
     let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
     let model = [
-        (CROWN, fragment, uniform),
+        (CROWN, vertex | fragment, uniform),
         (MATERIALS, fragment, storage),
         (TEXTURES, fragment, texture),
         (SAMPLER, fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),

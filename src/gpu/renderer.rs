@@ -137,7 +137,7 @@ impl FoliageRenderer {
     pub fn with_motion(mut self, device: &wgpu::Device, target: TargetFormat) -> Self {
         let Look { effects, thinnest_px, .. } = self.picture.look;
         let effects = Effects { wind: effects.wind, fade: effects.fade, ..Effects::default() };
-        let look = Look { effects, thinnest_px, ..Look::default() };
+        let look = Look { effects, thinnest_px, tone: false, ..Look::default() };
         self.landscape_motion =
             self.picture.look.landscape().map(|landscape| LandscapeMotion::new(device, target, &landscape));
         self.motion = Some(Layer::new(device, Target::Motion(target), look, layouts(device, &effects), None));
@@ -192,11 +192,12 @@ impl FoliageRenderer {
     pub fn add_model(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, model: &FoliageModel) -> Result<ModelId> {
         model.validate()?;
         let look = self.look();
-        let mean = match look.effects.contrast {
-            Some(_) => mean_leaf_color(model, &look.lighting())?,
-            None => [0.0; 3],
+        let mean = match look.tones(&model.growth) {
+            true => mean_leaf_color(model, &look.lighting())?,
+            false => [0.0; 3],
         };
-        let upload = Upload::new(model);
+        let mut upload = Upload::new(model);
+        upload.crown.mean = mean;
         let facts = ModelFacts::new(model, &upload, mean);
         let packed = Packed::new(upload);
         let buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &packed)?;

@@ -7,8 +7,7 @@ use super::{
 use crate::{
     LookAt, Plant, Result,
     bounds::Aabb,
-    draw::records::Tone,
-    software::{Background, DrawList, DrawOptions, Image, Painter},
+    software::{Background, DrawList, DrawOptions, Image, Painter, Toning},
 };
 use rayon::prelude::*;
 
@@ -38,7 +37,7 @@ impl Reference {
     ///
     /// # Errors
     /// Same as [`Painter::draw`].
-    pub fn quality(&self, painter: &Painter<'_>, list: DrawList<'_>, tone: Option<Tone>) -> Result<Quality> {
+    pub fn quality(&self, painter: &Painter<'_>, list: DrawList<'_>, tone: Option<Toning>) -> Result<Quality> {
         let list = DrawList { crown: self.crown, ..list };
         let reduced = pictures(painter, &list, &self.cameras, self.side, measured(tone))?;
         let pairs = self.full.par_iter().zip(&reduced);
@@ -63,6 +62,6 @@ pub fn pictures(
 }
 
 /// Options for measured pictures, whose alpha is their coverage.
-pub fn measured(tone: Option<Tone>) -> DrawOptions {
+pub fn measured(tone: Option<Toning>) -> DrawOptions {
     DrawOptions { background: Background::Transparent, tone, ..DrawOptions::default() }
 }

@@ -3,9 +3,10 @@
 use super::{metrics::Quality, reference::Reference};
 use crate::{
     Error, Plant, Result,
+    draw::light::Lighting,
     extract::Sizes,
     model::FoliageModel,
-    software::{DrawList, Painter},
+    software::{DrawList, Painter, model_toning},
 };
 use std::str::FromStr;
 
@@ -107,7 +108,8 @@ impl Target {
         let reference = Reference::new(plant, self.pixels)?;
         let painter = Painter::new(&model.materials, &model.textures)?;
         let leaves = model.leaves.len() as u32;
-        let quality = |n: u32| reference.quality(&painter, DrawList::of_model(model, n as usize), None);
+        let tone = model_toning(model, &Lighting::default())?;
+        let quality = |n: u32| reference.quality(&painter, DrawList::of_model(model, n as usize), tone);
         let (mut too_few, mut enough) = (0, Reached { leaves, quality: quality(leaves)? });
         while too_few + 1 < enough.leaves {
             let middle = (too_few + enough.leaves) / 2;

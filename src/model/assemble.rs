@@ -1,7 +1,7 @@
 //! Builds a model from the steps of a simplification: sorts the leaves into drawing order and
 //! renumbers their targets to match.
 
-use super::{FoliageModel, Leaf, NO_LEAF, Precision, Recipe};
+use super::{FoliageModel, Growth, Leaf, NO_LEAF, Precision, Recipe};
 use crate::{
     Error, Plant, Result,
     leaf::{LeafGeometry, Vertex},
@@ -48,6 +48,7 @@ impl FoliageModel {
             recipe,
             max_scale: prunes.iter().map(|prune| prune.target_scale).fold(1.0, f32::max),
             precision: Precision::EXACT,
+            growth: Growth::default(),
         };
         if let Some(survivor) = rank.iter().position(|&rank| rank == 0) {
             model.push(plant, survivor, NO_LEAF, 1.0, 0.0);

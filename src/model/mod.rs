@@ -9,6 +9,7 @@
 mod assemble;
 pub(crate) mod format;
 mod grid;
+mod growth;
 mod octahedral;
 mod quantize;
 mod timeline;
@@ -16,6 +17,7 @@ mod validate;
 
 pub use assemble::Prune;
 pub use format::{MAGIC, MAX_FILE_BYTES, ModelFile, Part, VERSION};
+pub use growth::Growth;
 pub use quantize::Precision;
 pub use timeline::{Timeline, Transition};
 
@@ -110,6 +112,7 @@ pub struct Recipe {
 /// 12. The bounding box of the wood and of every leaf at each scale from 1 to its largest is
 ///     finite.
 /// 13. as for [`Plant`]: outlines are sound.
+/// 14. Tone is from 0 to [`Growth::MAX_TONE`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FoliageModel {
     /// The plant, its leaves in drawing order, each with its swap record. Its fields and methods
@@ -121,6 +124,8 @@ pub struct FoliageModel {
     pub max_scale: f32,
     /// How far the numbers may be from those of the plant that was simplified.
     pub precision: Precision,
+    /// How enlarged leaves are drawn.
+    pub growth: Growth,
 }
 
 impl Deref for FoliageModel {

@@ -1,6 +1,6 @@
 //! Checks the numbered invariants of [`FoliageModel`].
 
-use super::{FoliageModel, NO_LEAF};
+use super::{FoliageModel, Growth, NO_LEAF};
 use crate::{
     Error, Result,
     plant::{Broken, Checked, check},
@@ -21,7 +21,9 @@ impl FoliageModel {
         self.check_targets()?;
         self.check_scales()?;
         self.check_errors()?;
-        self.check_reach()
+        self.check_reach()?;
+        let tone = self.growth.tone;
+        check(14, (0.0..=Growth::MAX_TONE).contains(&tone), || format!("tone is {tone}"))
     }
 
     fn check_first_leaf(&self) -> Checked {

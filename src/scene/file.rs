@@ -49,8 +49,15 @@ pub struct SceneFile {
     /// Simulation and shading effects.
     #[serde(default)]
     pub effects: Effects,
+    /// Whether enlarged leaves are drawn with the tone of their model.
+    #[serde(default = "on")]
+    pub tone: bool,
     /// The ground; not drawn by default.
     pub ground: Option<GroundEntry>,
+}
+
+fn on() -> bool {
+    true
 }
 
 /// A horizontal ground plane.

@@ -37,6 +37,7 @@ mod recipe;
 pub(crate) mod scene;
 pub(crate) mod shapes;
 mod terms;
+mod tone;
 pub(crate) mod tournament;
 pub(crate) mod views;
 pub(crate) mod vmi;

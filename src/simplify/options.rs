@@ -78,6 +78,9 @@ pub struct SimplifyOptions {
     /// Halves the resolution once leaves have grown: when 15 % of them are left, and again at 4 %.
     /// Saves a third of the time at little loss, since enlarged leaves need fewer pixels.
     pub cascade: bool,
+    /// Gives the model a tone for enlarged leaves ([`Growth::tone`](crate::model::Growth::tone)),
+    /// chosen by how many leaves lie behind each other. Does not affect order and scales.
+    pub tone: bool,
     /// Number of threads; 0 uses one per core. Does not affect the result.
     pub threads: usize,
     /// Memory limit in megabytes. Simplifications with a higher [estimate](super::estimated_bytes)
@@ -99,6 +102,7 @@ impl SimplifyOptions {
             background: true,
             max_scale: 8.0,
             cascade: false,
+            tone: false,
             threads: 0,
             max_memory_mb: None,
         }
@@ -117,6 +121,7 @@ impl SimplifyOptions {
             criterion: Criterion::Image,
             compensate: Compensate::Image,
             cascade: true,
+            tone: true,
             ..Self::paper()
         }
     }

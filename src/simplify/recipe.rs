@@ -16,6 +16,7 @@ use super::{
     prune::{Pruner, count_areas},
     scene::Scene,
     shapes::Shapes,
+    tone,
     views::ViewSet,
     vmi::Vmi,
 };
@@ -66,6 +67,8 @@ pub struct Simplified {
     pub model: FoliageModel,
     /// Number of fragments of the full plant in all views, counting each pixel of each triangle.
     pub fragments: u64,
+    /// Mean number of leaves behind each other where one shows, over the first part's views.
+    pub leaf_layers: f64,
     /// Duration of each phase.
     pub seconds: Seconds,
 }
@@ -86,7 +89,7 @@ pub fn simplify(
     observer: &mut dyn Observer,
 ) -> Result<Simplified> {
     let plant = &checked(plant, options)?;
-    let (prunes, fragments, seconds) = in_pool(plant, options, source, observer)?;
+    let Done { prunes, fragments, seconds, leaf_layers, .. } = in_pool(plant, options, source, observer)?;
     let adapter = source.adapter();
     let recipe = Recipe {
         preset: options.preset.clone(),
@@ -98,7 +101,11 @@ pub fn simplify(
         raster: if adapter.is_some() { "gpu" } else { "cpu" }.into(),
         adapter,
     };
-    Ok(Simplified { model: FoliageModel::assemble(plant, &prunes, recipe)?, fragments, seconds })
+    let mut model = FoliageModel::assemble(plant, &prunes, recipe)?;
+    if options.tone {
+        model.growth.tone = tone::of_layers(leaf_layers);
+    }
+    Ok(Simplified { model, fragments, leaf_layers, seconds })
 }
 
 /// Returns only the prunings, in order, one fewer than there are leaves, with the number of
@@ -112,7 +119,8 @@ pub fn order(
     source: &mut dyn FragmentSource,
     observer: &mut dyn Observer,
 ) -> Result<(Vec<Prune>, u64, Seconds)> {
-    in_pool(&checked(plant, options)?, options, source, observer)
+    let done = in_pool(&checked(plant, options)?, options, source, observer)?;
+    Ok((done.prunes, done.fragments, done.seconds))
 }
 
 /// Checks the input and returns the plant in canonical form, so that the order in which a file
@@ -137,7 +145,7 @@ fn in_pool(
     options: &SimplifyOptions,
     source: &mut dyn FragmentSource,
     observer: &mut dyn Observer,
-) -> Result<(Vec<Prune>, u64, Seconds)> {
+) -> Result<Done> {
     memory::check(plant, options)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
     let pool = pool.map_err(|error| {
@@ -164,19 +172,19 @@ fn run(
     options: &SimplifyOptions,
     source: &mut dyn FragmentSource,
     observer: &mut dyn Observer,
-) -> Result<(Vec<Prune>, u64, Seconds)> {
+) -> Result<Done> {
     let views = ViewSet::new(plant.sphere(), options.resolution, options.views)?;
     let masks = Masks::new(plant)?;
     let shapes = Shapes::new(plant, &views, &masks, options.max_scale);
     source.prepare(&masks.masks)?;
     let appearances = appearances(plant, options, &views)?;
     let mut work = Work { plant, options, shapes: &shapes, masks: &masks, appearances };
-    let mut done = Done { enlarger: None, prunes: Vec::new(), fragments: 0, seconds: Seconds::default() };
+    let mut done = Done::default();
     for (resolution, left) in parts(options, plant.leaves.len()) {
         let views = ViewSet::new(plant.sphere(), resolution, options.views)?;
         work.part(&views, left, &mut done, source, observer)?;
     }
-    Ok((done.prunes, done.fragments, done.seconds))
+    Ok(done)
 }
 
 /// Data that all parts of the work share.
@@ -190,10 +198,12 @@ struct Work<'a> {
 }
 
 /// Results of the parts done so far.
+#[derive(Default)]
 struct Done {
     enlarger: Option<Enlarger>,
     prunes: Vec<Prune>,
     fragments: u64,
+    leaf_layers: f64,
     seconds: Seconds,
 }
 
@@ -211,9 +221,15 @@ impl Work<'_> {
         observer.phase("fragments", views.views.len() as u64);
         let pixels = views.pixels() as u64 * views.views.len() as u64;
         let background = self.plant.leaves.len() as u32;
+        let is_first = done.enlarger.is_none();
         let (enlarger, mut layers, fronts, fragments) =
             self.shown(done.enlarger.take(), views, source, |done| observer.advance(done))?;
         done.fragments += fragments;
+        if is_first {
+            let of_leaves = fronts.iter().flatten().filter(|&&front| front < background).count();
+            let covered: u64 = enlarger.covered.iter().map(|&pixels| u64::from(pixels)).sum();
+            done.leaf_layers = covered as f64 / of_leaves.max(1) as f64;
+        }
         let open = fronts.iter().flatten().filter(|&&front| front == background).count();
         let price = Price::new(pixels, open as u64);
         let references = match self.appearances {

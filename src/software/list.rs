@@ -1,10 +1,10 @@
 //! Draw lists of the software renderer: parts of leaves and wood, and their placement.
 
-use super::{light::Light, samples::SAMPLES};
+use super::{light::Light, samples::SAMPLES, toning::Toning};
 use crate::{
     Plant,
     bounds::Aabb,
-    draw::{light::Lighting, records::Tone, seed::seeds},
+    draw::{light::Lighting, seed::seeds},
     effects::{FadeBy, wind::Sway},
     leaf::{LeafGeometry, Vertex},
     model::{FoliageModel, Leaf, Timeline, Transition},
@@ -190,7 +190,7 @@ pub struct Placed<'a> {
     /// Transform to world space. Lighting is slightly inaccurate under non-uniform scaling.
     pub world_from_plant: DAffine3,
     /// Tone of its leaves; `None` for the tone of the picture.
-    pub tone: Option<Tone>,
+    pub tone: Option<Toning>,
     /// Wind motion in the plant's space; `None` without wind.
     pub sway: Option<Sway>,
 }

@@ -14,13 +14,17 @@ mod image;
 mod landscape;
 mod light;
 mod list;
+mod options;
 mod painter;
 mod project;
 mod renderer;
 mod samples;
 mod tile;
+mod toning;
 
 pub use image::{Image, MAX_IMAGE_SIDE};
 pub use list::{DrawList, Drawn, Part, Placed};
-pub use painter::{Background, DrawOptions, Painter, draw_model, draw_plant, mean_color, mean_leaf_color};
+pub use options::{Background, DrawOptions};
+pub use painter::{Painter, draw_model, draw_plant, mean_color, mean_leaf_color, model_toning};
 pub use renderer::{Drawing, SoftwareRenderer};
+pub use toning::Toning;

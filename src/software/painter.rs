@@ -5,17 +5,18 @@ use super::{
     landscape::{self, ray_through},
     light,
     list::{DrawList, Placed},
+    options::{Background, DrawOptions},
     project::{Projected, project},
     tile::{Scene, TILE_PX, Tile},
+    toning::Toning,
 };
 use crate::{
     Camera, Error, LookAt, Plant, Result,
     bounds::Sphere,
     draw::{
-        landscape::{Landscape, Rays},
+        landscape::Rays,
         light::Lighting,
         mips::{Mips, SrgbTable, srgb_from_linear},
-        records::Tone,
     },
     edge::SUBPIXEL,
     material::{Material, Texture},
@@ -25,49 +26,6 @@ use crate::{
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
-
-/// Background behind the plants.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[expect(clippy::large_enum_variant, reason = "there is one per picture")]
-pub enum Background {
-    /// A soft gradient from ground to sky.
-    #[default]
-    Sky,
-    /// One sRGB colour.
-    Color([u8; 3]),
-    /// Sky and ground along each pixel's ray.
-    Landscape(Landscape),
-    /// No background: alpha is the covered fraction of each pixel.
-    Transparent,
-}
-
-/// Drawing options of a picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DrawOptions {
-    /// Background behind the plants.
-    pub background: Background,
-    /// Whether the trunk and branches are drawn.
-    pub wood: bool,
-    /// Reduces the contrast of the leaves' shaded colours; `None` keeps it.
-    pub tone: Option<Tone>,
-    /// Sun and sky.
-    pub lighting: Lighting,
-    /// Whether the full textures are sampled at any distance instead of their mip levels: a
-    /// reference, if the picture has many more pixels than it will be shown with.
-    pub full_textures: bool,
-}
-
-impl Default for DrawOptions {
-    fn default() -> Self {
-        Self {
-            background: Background::Sky,
-            wood: true,
-            tone: None,
-            lighting: Lighting::default(),
-            full_textures: false,
-        }
-    }
-}
 
 /// Draws parts of plants; keeps the decoded textures of their materials between pictures.
 pub struct Painter<'a> {
@@ -121,7 +79,7 @@ impl<'a> Painter<'a> {
         check_size(size)?;
         camera.check()?;
         let plants: Vec<_> = plants.iter().filter(|plant| plant.is_sound()).copied().collect();
-        let projected = project(&plants, &self.mips, camera, size, options.wood, options.full_textures);
+        let projected = project(&plants, &self.mips, camera, size, options);
         let lights: Vec<_> = plants.iter().map(|plant| plant.light(camera.eye, &options.lighting)).collect();
         let tones: Vec<_> = plants.iter().map(|plant| plant.tone.or(options.tone)).collect();
         let scene = Scene {
@@ -171,7 +129,8 @@ pub fn draw_plant(plant: &Plant, camera: &Camera, size: [u32; 2], options: &Draw
     Painter::new(&plant.materials, &plant.textures)?.draw(&DrawList::of_plant(plant), camera, size, options)
 }
 
-/// Draws a model's wood and its first `active_count` leaves.
+/// Draws a model's wood and its first `active_count` leaves, with the model's tone unless `options`
+/// has another one, such as [`Toning::NONE`].
 ///
 /// # Errors
 /// Same as [`Painter::new`] and [`Painter::draw`].
@@ -183,6 +142,11 @@ pub fn draw_model(
     options: &DrawOptions,
 ) -> Result<Image> {
     let list = DrawList::of_model(model, active_count);
+    let tone = match options.tone {
+        None if active_count < model.leaves.len() => model_toning(model, &options.lighting)?,
+        given => given,
+    };
+    let options = &DrawOptions { tone, ..*options };
     Painter::new(&model.materials, &model.textures)?.draw(&list, camera, size, options)
 }
 
@@ -191,8 +155,8 @@ const MEAN_VIEWS: usize = 6;
 /// Width and height of these views in pixels.
 const MEAN_SIDE_PX: u32 = 96;
 
-/// Mean shaded colour of a model's leaves over six views, linear; the effect `contrast` moves their
-/// colours towards it.
+/// Mean shaded colour of a model's leaves over six views, linear; tone and the effect `contrast`
+/// move their colours towards it.
 ///
 /// # Errors
 /// Same as [`Painter::new`].
@@ -205,6 +169,18 @@ pub fn mean_leaf_color(model: &FoliageModel, lighting: &Lighting) -> Result<[f32
         .map(|camera| painter.draw(&list, &camera, [MEAN_SIDE_PX; 2], &options))
         .collect::<Result<_>>()?;
     Ok(mean_color(&pictures))
+}
+
+/// The tone that a model asks for; `None` if its leaves are plainly scaled.
+///
+/// # Errors
+/// Same as [`Painter::new`].
+pub fn model_toning(model: &FoliageModel, lighting: &Lighting) -> Result<Option<Toning>> {
+    let tone = model.growth.tone;
+    if tone == 0.0 {
+        return Ok(None);
+    }
+    Ok(Some(Toning { mean: mean_leaf_color(model, lighting)?, kept: 1.0, tone }))
 }
 
 /// Cameras around a sphere, slightly above its centre.

@@ -3,7 +3,9 @@
 
 use super::{
     list::{Part, Placed},
+    options::DrawOptions,
     samples::SAMPLES,
+    toning::Toning,
 };
 use crate::{
     Camera, Depth,
@@ -47,6 +49,8 @@ pub(super) struct ScreenTriangle<'a> {
     pub(super) level: u8,
     /// Seed of its leaf, or `None` for wood.
     pub(super) leaf: Option<u32>,
+    /// Fraction of its colour's distance from the mean that is kept.
+    pub(super) kept: f32,
     /// Mask of the samples of a pixel that it may cover, one bit per sample.
     pub(super) samples: u32,
     /// Largest nearness of its corners.
@@ -69,24 +73,26 @@ pub(super) fn project<'a>(
     mips: &[Option<Mips>],
     camera: &Camera,
     size: [u32; 2],
-    wood: bool,
-    full_textures: bool,
+    options: &DrawOptions,
 ) -> Projected<'a> {
     let mut projector = Projector {
         plant: 0,
         sway: None,
         seed: None,
+        toning: None,
+        kept: 1.0,
         clip_from_plant: camera.clip_from_world,
         eye: camera.eye,
         depth: camera.depth,
         is_orthographic: camera.is_orthographic(),
         size: size.map(f64::from),
-        full_textures,
+        full_textures: options.full_textures,
         out: Projected::default(),
     };
     for (number, plant) in (0..).zip(plants) {
         projector.enter(number, plant, camera);
-        for part in plant.list.parts.iter().filter(|part| wood || part.leaf.is_some()) {
+        projector.toning = plant.tone.or(options.tone);
+        for part in plant.list.parts.iter().filter(|part| options.wood || part.leaf.is_some()) {
             let mips = mips.get(part.material as usize).and_then(Option::as_ref);
             projector.part(part, mips);
         }
@@ -108,6 +114,9 @@ struct Projector<'a> {
     sway: Option<Sway>,
     /// Seed of the leaf being projected; `None` for wood.
     seed: Option<u32>,
+    /// Tone of the plant's leaves, and what the leaf being projected keeps.
+    toning: Option<Toning>,
+    kept: f32,
     clip_from_plant: DMat4,
     /// Position of the eye in plant space.
     eye: DVec3,
@@ -129,6 +138,7 @@ impl<'a> Projector<'a> {
 
     fn part(&mut self, part: &Part<'a>, mips: Option<&Mips>) {
         self.seed = part.leaf.map(|_| part.seed);
+        self.kept = self.toning.map_or(1.0, |toning| toning.kept_at(part.scale));
         for triangle in part.indices.chunks_exact(3) {
             let point = |i: usize| part.vertices.get(triangle[i] as usize).map(|vertex| self.point(part, vertex));
             if let (Some(a), Some(b), Some(c)) = (point(0), point(1), point(2)) {
@@ -212,6 +222,7 @@ impl<'a> Projector<'a> {
             plant: self.plant,
             level,
             leaf: self.seed,
+            kept: self.kept,
             samples: part.samples(),
             nearest,
             outline: part.outline.filter(|outline| level <= outline.level),

@@ -3,14 +3,15 @@
 use super::{
     image::Image,
     list::{DrawList, Drawn, Placed},
-    painter::{Background, DrawOptions, Painter, mean_leaf_color},
+    options::{Background, DrawOptions},
+    painter::{Painter, mean_leaf_color},
+    toning::Toning,
 };
 use crate::{
     Error, Result,
     draw::{
         instance::{Frame, Instance, ModelId, Prepared},
         look::{Coloring, Look},
-        records::Tone,
     },
     effects::{Counts, FadeBy, wind::Shape},
     model::{FoliageModel, Timeline, Transition},
@@ -44,7 +45,7 @@ struct Model<'a> {
     model: &'a FoliageModel,
     timeline: Timeline,
     shape: Shape,
-    /// Mean shaded colour of the leaves, linear; 0 if the effect `contrast` is off.
+    /// Mean shaded colour of the leaves, linear; 0 if neither tone nor the effect `contrast` acts.
     mean: [f32; 3],
     /// Index of its first material in the painter.
     first_material: u32,
@@ -71,9 +72,9 @@ impl<'a> SoftwareRenderer<'a> {
     /// damaged texture.
     pub fn add_model(&mut self, model: &'a FoliageModel) -> Result<ModelId> {
         model.validate()?;
-        let mean = match self.look.effects.contrast {
-            Some(_) => mean_leaf_color(model, &self.look.lighting())?,
-            None => [0.0; 3],
+        let mean = match self.look.tones(&model.growth) {
+            true => mean_leaf_color(model, &self.look.lighting())?,
+            false => [0.0; 3],
         };
         let first_material = self.painter.add(&model.materials, &model.textures)?;
         let (timeline, shape) = (Timeline::new(model), Shape::new(&model.aabb()));
@@ -98,8 +99,7 @@ impl<'a> SoftwareRenderer<'a> {
         let placed: Vec<Placed<'_>> = known
             .iter()
             .map(|(model, instance)| {
-                let kept = effects.contrast.map(|effect| effect.kept(instance.active, model.model.leaves.len()));
-                let tone = kept.map(|kept| Tone { kept, mean: model.mean });
+                let tone = self.toning(model, instance);
                 let sway = moment.map(|moment| moment.sway(&model.shape, &instance.world_from_plant));
                 Placed { tone, sway, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
             })
@@ -118,6 +118,17 @@ impl<'a> SoftwareRenderer<'a> {
         let camera = frame.jittered();
         let image = self.painter.draw_placed(&placed, &camera, size, &options)?;
         Ok(Drawing { image, prepared })
+    }
+
+    /// Tone of an instance's leaves: by their scales if the model asks for it, otherwise by the
+    /// effect `contrast`.
+    fn toning(&self, model: &Model<'_>, instance: &Instance) -> Option<Toning> {
+        let tone = model.model.growth.tone;
+        if self.look.tone && tone > 0.0 {
+            return Some(Toning { mean: model.mean, kept: 1.0, tone });
+        }
+        let effect = self.look.effects.contrast?;
+        Some(Toning { mean: model.mean, kept: effect.kept(instance.active, model.model.leaves.len()), tone: 0.0 })
     }
 
     /// Builds the draw lists, one for all plants with the same [`Key`], and counts fading leaves.

@@ -10,12 +10,10 @@ use super::{
     light::Light,
     project::{Projected, ScreenTriangle},
     samples::{SAMPLES, sample_steps},
+    toning::Toning,
 };
 use crate::{
-    draw::{
-        mips::{Mips, SrgbTable},
-        records::Tone,
-    },
+    draw::mips::{Mips, SrgbTable},
     edge::{Edge, SUBPIXEL, twice_area},
     material::Material,
     plant::{OUTLINE_CORNERS, Outline},
@@ -35,7 +33,7 @@ pub(super) struct Scene<'a> {
     pub(super) srgb: &'a SrgbTable,
     /// One per plant, as in `tones`.
     pub(super) lights: &'a [Light],
-    pub(super) tones: &'a [Option<Tone>],
+    pub(super) tones: &'a [Option<Toning>],
     pub(super) is_orthographic: bool,
     /// Whether each sample is shaded on its own: the middle of several may lie on a texel that none
     /// of them shows.
@@ -222,7 +220,7 @@ impl Tile {
         let from_eye = mix(&|i| corners[i].from_eye);
         let color = light.reflected(base * texel * factor, normal, from_eye, triangle.leaf.is_some(), two_sided);
         match scene.tones[triangle.plant as usize] {
-            Some(tone) if triangle.leaf.is_some() => toned(color.into(), tone.mean, tone.kept).into(),
+            Some(tone) if triangle.leaf.is_some() => toned(color.into(), tone.mean, triangle.kept).into(),
             _ => color,
         }
     }

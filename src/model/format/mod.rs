@@ -49,7 +49,7 @@ pub struct ModelFile {
     /// Version of the format.
     pub version: u32,
     /// Parts of the file: `table`, `about`, `leaf_records`, `leaf_vertices`, `wood`, `textures`,
-    /// `outlines`.
+    /// `outlines`, `growth`.
     pub parts: Vec<Part>,
     /// Sections that were skipped because this version of the program does not know them, by their
     /// tags. Worth a warning: the model was made by a newer one.

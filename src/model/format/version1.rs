@@ -11,7 +11,7 @@
 //! memory that decoding it may allocate.
 
 use super::{
-    super::{FoliageModel, Precision},
+    super::{FoliageModel, Growth, Precision},
     fault::{damaged, damaged_in, u32_at, u64_at},
     records::decode,
 };
@@ -74,7 +74,7 @@ pub(super) fn decode_model(path: &Path, head: &Head, file: &[u8]) -> Result<Foli
         textures: section(path, 4, textures)?,
         outlines: Vec::new(),
     };
-    Ok(FoliageModel { plant, recipe, max_scale, precision: Precision::EXACT })
+    Ok(FoliageModel { plant, recipe, max_scale, precision: Precision::EXACT, growth: Growth::default() })
 }
 
 fn section<'a, T: Deserialize<'a>>(path: &Path, section: usize, bytes: &'a [u8]) -> Result<T> {

@@ -2,9 +2,8 @@
 
 use foliage_lod::{
     FoliageModel, Plant, Result,
-    draw::records::Tone,
     extract::leaf_count,
-    software::{DrawList, Painter},
+    software::{DrawList, Painter, Toning},
     stochastic::{AreaRule, Stochastic, contrast, lambda},
 };
 use glam::Vec3;
@@ -44,7 +43,7 @@ pub struct Sample<'a> {
     /// The plant to draw.
     pub reduced: Reduced<'a>,
     /// Contrast reduction of its leaves.
-    pub tone: Option<Tone>,
+    pub tone: Option<Toning>,
 }
 
 impl Method {
@@ -94,7 +93,10 @@ impl Method {
                 let scale = area.linear_scale(level, plant.visible_share);
                 let whole = scaled_prefix(&plant.model, count(&plant.model, level) as usize, scale as f32);
                 let kept = contrast::kept(lambda::floored(level)) as f32;
-                Sample { reduced: Reduced::Whole(whole.into()), tone: mean.map(|mean| Tone { kept, mean }) }
+                Sample {
+                    reduced: Reduced::Whole(whole.into()),
+                    tone: mean.map(|mean| Toning { kept, mean, tone: 0.0 }),
+                }
             }
             Kind::Given(plants) => {
                 let nearest = plants.iter().min_by(|a, b| (a.0 - level).abs().total_cmp(&(b.0 - level).abs()));

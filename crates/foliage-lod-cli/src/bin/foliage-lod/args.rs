@@ -50,6 +50,9 @@ pub enum Command {
 pub struct View {
     /// A model (.vds) or a scene (.toml).
     pub model: PathBuf,
+    /// Draw enlarged leaves nearer to the plant's mean colour, if their model has a tone.
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    pub tone: Switch,
 }
 
 /// `foliage-lod report`.
@@ -134,8 +137,8 @@ pub struct Simplify {
     pub exact: bool,
     /// Find an outline around what shows of each picture of cut-out leaves; only its inside is then
     /// drawn. Changes neither the order nor the scales of the leaves.
-    #[arg(long, value_enum, default_value_t = Trim::On)]
-    pub trim: Trim,
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    pub trim: Switch,
     #[command(flatten)]
     pub import: Import,
     /// Processor that captures the fragments; auto uses a hardware GPU if there is one.
@@ -265,6 +268,10 @@ pub struct Render {
     /// Keep the contrast of the full plant as leaves become fewer and larger.
     #[arg(long)]
     pub contrast: bool,
+    /// Draw enlarged leaves nearer to the plant's mean colour, if their model has a tone; then
+    /// --contrast has no effect.
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    pub tone: Switch,
     /// Light the leaves as parts of a round crown.
     #[arg(long)]
     pub crown_normals: bool,

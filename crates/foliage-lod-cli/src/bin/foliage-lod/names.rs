@@ -44,12 +44,12 @@ pub enum Raster {
     Cpu,
 }
 
-/// Whether cards are trimmed.
+/// Whether something is done.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Trim {
-    /// Drawn within their outlines.
+pub enum Switch {
+    /// It is.
     On,
-    /// Drawn whole.
+    /// It is not.
     Off,
 }
 

@@ -32,13 +32,14 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     if scene::is_toml(&args.model) {
         scene::refuse(&args.not_for_scenes())?;
         let mut opened = Opened::open(&args.model, Some(&args.output), &mut steps)?;
+        opened.file.tone &= args.tone == args::Switch::On;
         let all = opened.plants();
         let staging = opened.staging(args.seconds, args.size, args.method == Method::Full);
         return finish(args, &staging, all, &mut steps);
     }
     let model = models::read(&args.model)?;
     let planting = planting(args, &model)?;
-    let look = Look { effects: effects(args), ..Look::default() };
+    let look = Look { effects: effects(args), tone: args.tone == args::Switch::On, ..Look::default() };
     steps.done("read", format!("{}: {} leaves", model.name, HumanCount(model.leaves.len() as u64)))?;
     let plants = planting.plants.len();
     if args.method == Method::Stochastic {

@@ -141,7 +141,7 @@ impl Opened {
             height: ground.height,
             haze: ground.haze.unwrap_or(HAZE_RADII[0] * self.near / NEAR_RADII + HAZE_RADII[1] * self.around.radius),
         });
-        Look { effects: self.file.effects, lighting, ground, ..Look::default() }
+        Look { effects: self.file.effects, tone: self.file.tone, lighting, ground, ..Look::default() }
     }
 
     /// The camera at time `seconds`, for a picture with aspect ratio `aspect`.

@@ -37,10 +37,11 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     warnings.iter().for_each(|warning| complain(output::warning_line(warning)));
     let import_seconds =
         steps.done("read", format!("{}: {} leaves", plant.name, HumanCount(plant.leaves.len() as u64)))?;
-    if args.trim == args::Trim::On {
+    if args.trim == args::Switch::On {
         plant.trim(TRIM_CORNERS)?;
     }
-    let (Simplified { mut model, fragments, seconds }, rasteriser) = simplified(args.raster, &plant, &options)?;
+    let (Simplified { mut model, fragments, seconds, leaf_layers }, rasteriser) =
+        simplified(args.raster, &plant, &options)?;
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", HumanCount(fragments)))?;
     if !args.exact {
@@ -59,7 +60,9 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
         let about = json!({
             "leaves": model.leaves.len(),
             "fragments": fragments,
+            "leaf_layers": leaf_layers,
             "max_scale": model.max_scale,
+            "tone": model.growth.tone,
             "cascade": options.cascade,
             "target_leaves": reached.first().map(|reached| reached.leaves),
             "targets": args.target.iter().zip(&reached).map(|(target, reached)| {

@@ -33,11 +33,10 @@ pub fn run(args: &args::View) -> std::result::Result<(), Failure> {
     }
     let model = models::read(&args.model)?;
     let title = format!("{} - foliage-lod", args.model.display());
+    let look = Look { tone: args.tone == args::Switch::On, ..Look::default() };
     window::open(
         &title,
-        Box::new(move |gpu, target| {
-            Viewer::new(gpu, FoliageRenderer::new(gpu.device(), target, Look::default())?, model)
-        }),
+        Box::new(move |gpu, target| Viewer::new(gpu, FoliageRenderer::new(gpu.device(), target, look)?, model)),
     )?;
     Ok(())
 }

@@ -17,7 +17,8 @@ const SMOOTHING: f64 = 0.1;
 
 /// Runs the subcommand for a scene.
 pub fn run(args: &args::View) -> std::result::Result<(), Failure> {
-    let opened = Opened::open(&args.model, None, &mut Steps::new(false))?;
+    let mut opened = Opened::open(&args.model, None, &mut Steps::new(false))?;
+    opened.file.tone &= args.tone == args::Switch::On;
     let title = format!("{} - foliage-lod", args.model.display());
     window::open(&title, Box::new(move |gpu, target| Viewer::new(gpu, target, opened)))?;
     Ok(())

@@ -1,0 +1,20 @@
+//! How leaves are drawn that stand for others.
+
+use serde::{Deserialize, Serialize};
+
+/// How enlarged leaves are drawn. The default is plain scaling.
+///
+/// Source: tone after the observation of Cook et al., section 4.3, that fewer, larger leaves vary
+/// more than many small ones; here by each leaf's own scale.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Growth {
+    /// Tone: a leaf of linear scale s > 1 keeps s^(-2 tone) of its shaded colour's distance from
+    /// the plant's mean. From 0, all of it, to [`MAX_TONE`](Self::MAX_TONE).
+    pub tone: f32,
+}
+
+impl Growth {
+    /// Largest exponent of tone: colours keep the share of their distance from the mean that an
+    /// unscaled leaf's area is of the enlarged one's.
+    pub const MAX_TONE: f32 = 1.0;
+}
