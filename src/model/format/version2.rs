@@ -8,6 +8,7 @@
 //! | `WOOD` | wood |
 //! | `TEXT` | textures |
 //! | `OUTL` | outlines of cards; left out if there are none, and may be skipped |
+//! | `INTR` | intrinsic cost of the recipe; left out if it is 0, and may be skipped |
 //!
 //! Each is a record whose byte fields are streams: columns of integers, split into byte planes and
 //! deflated where that helps. Floats keep their bits: equal models give equal bytes.
@@ -30,16 +31,18 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::{borrow::Cow, path::Path};
 
-/// Tag of the only section that a file may lack and a reader may skip.
+/// Tags of the sections that a file may lack and a reader may skip.
 const OUTLINES: Tag = *b"OUTL";
+const INTRINSIC: Tag = *b"INTR";
 /// Tags in the order in which the sections are written, and what they hold.
-pub(super) const SECTIONS: [(Tag, &str); 6] = [
+pub(super) const SECTIONS: [(Tag, &str); 7] = [
     (*b"ABOU", "about"),
     (*b"LEAF", "leaf_records"),
     (*b"VERT", "leaf_vertices"),
     (*b"WOOD", "wood"),
     (*b"TEXT", "textures"),
     (OUTLINES, "outlines"),
+    (INTRINSIC, "intrinsic"),
 ];
 
 /// Memory that a file may take when it is read: so many bytes, and so many per byte of the file.
@@ -126,12 +129,18 @@ fn encode_by(model: &FoliageModel, packing: Packing) -> Result<Vec<u8>> {
         encode(&PackedWood::encode(&model.wood, packing))?,
         encode(&textures)?,
         encode(&model.outlines)?,
+        encode(&model.recipe.intrinsic)?,
     ];
     let sections = SECTIONS.iter().zip(records).map(|((tag, _), record)| match *tag {
-        OUTLINES => (*tag, 0, record),
+        OUTLINES | INTRINSIC => (*tag, 0, record),
         _ => (*tag, REQUIRED, record),
     });
-    let sections: Vec<_> = sections.filter(|(tag, ..)| *tag != OUTLINES || !model.outlines.is_empty()).collect();
+    let is_needed = |tag: Tag| match tag {
+        OUTLINES => !model.outlines.is_empty(),
+        INTRINSIC => model.recipe.intrinsic != 0.0,
+        _ => true,
+    };
+    let sections: Vec<_> = sections.filter(|(tag, ..)| is_needed(*tag)).collect();
     join(&model.name, &sections)
 }
 
@@ -149,8 +158,12 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     let checked: Vec<&[u8]> = sections.iter().map(|section| section.bytes(path, file)).collect::<Result<_>>()?;
     let found = |tag: Tag| sections.iter().position(|section| section.tag == tag).map(|index| checked[index]);
     let of_tag = |tag: Tag| found(tag).ok_or_else(|| damaged(path, format!("no section {}", tag.escape_ascii())));
-    let [about, leaves, foliage, wood, textures, _] = SECTIONS.map(|(tag, _)| of_tag(tag));
+    let [about, leaves, foliage, wood, textures, ..] = SECTIONS.map(|(tag, _)| of_tag(tag));
     let outlines: Decoded<Vec<Outline>> = found(OUTLINES).map_or_else(|| Ok(Vec::new()), decode);
+    let intrinsic = damaged_in(path, "INTR", found(INTRINSIC).map_or(Ok(0.0), decode))?;
+    if !(0.0..=1.0).contains(&intrinsic) {
+        return Err(damaged(path, format!("section INTR: {intrinsic}")));
+    }
     let about: About = damaged_in(path, "ABOU", decode(about?))?;
     let counts = about.counts;
     if !counts.fit(file.len() as u64) {
@@ -176,7 +189,8 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     if ![position, normal_rad, uv, color].iter().all(|step| step.is_finite() && *step >= 0.0) {
         return Err(damaged(path, format!("section ABOU: {:?}", about.precision)));
     }
-    Ok(FoliageModel { plant, recipe: about.recipe, max_scale: about.max_scale, precision: about.precision })
+    let recipe = Recipe { intrinsic, ..about.recipe };
+    Ok(FoliageModel { plant, recipe, max_scale: about.max_scale, precision: about.precision })
 }
 
 /// Whether this version reads the section.
