@@ -18,7 +18,10 @@
 //! nearest, times a hash of 32 bits, rounded down. So sums are exact, as all other sums of the
 //! criterion are.
 //!
-//! Limits: only the order changes; growths are judged as without it.
+//! Limits: only the order changes; growths are judged as without it. What it gains is little: on
+//! eight plants with `fast`, a cost of 0.01 changes the RMSE from within by -3 % at half of the
+//! leaves (-14 to +9) and by +1 % at 30 % (-9 to +10), and that from outside by +22 % (-2 to +112)
+//! and +4 % (-1 to +22) (`tests/inside.rs`). So no preset has one.
 
 use super::{appearance::COVERAGE, price::STEPS};
 use crate::random::Random;
@@ -39,7 +42,7 @@ impl Intrinsic {
     /// Creates costs for `cost`, from 0 to 1, and leaves that cover so many pixels.
     pub fn new(cost: f32, covered: &[u32]) -> Self {
         let most = (f64::from(cost) * MOST as f64).round() as u64;
-        let weight = |leaf: u64| (most * (Random::new(leaf).bits() >> 32) >> 32) as u32;
+        let weight = |leaf: u64| ((most * (Random::new(leaf).bits() >> 32)) >> 32) as u32;
         Self { weights: (0..covered.len() as u64).map(weight).collect(), covered: covered.to_vec() }
     }
 

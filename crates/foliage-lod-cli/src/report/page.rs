@@ -70,8 +70,8 @@ pub fn html(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&st
          <style>{STYLE}</style></head><body><h1>Accuracy and cost</h1><p class=\"note\">Each method is compared \
          with the full plant at several fractions of the leaves, from 12 views that no method saw. RMSE is on \
          the sRGB scale of 0 to 255; XOR and coverage are relative to the area of the full plant's silhouette. Grain \
-         is the mean absolute gradient of the luma over that of the full plant's picture: 1 is as fine, and less means \
-         few large leaves in the place of many small ones. {}. \
+         is the mean absolute gradient of the luma over that of the full plant's picture: 1 is as fine, less means \
+         few large leaves in the place of many small ones, and strong edges of large leaves raise it. {}. \
          Click a column heading to sort. Green rows are on the Pareto front of the largest size: no other row of \
          that size is both cheaper (in frame time or, if no frames were timed, in leaves) and closer to the full \
          plant.</p>",

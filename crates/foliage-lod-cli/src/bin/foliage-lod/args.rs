@@ -118,8 +118,8 @@ pub struct Simplify {
     #[arg(long)]
     pub no_background: bool,
     /// Cost of leaves that no view sees, 0 to 1 (criterion image only); by default 0, so that they
-    /// all go first. With 0.01 the crown is less hollow when seen from within, but half of the
-    /// leaves seen from outside differ more from all of them.
+    /// all go first. With 0.01 many last, which may help where the crown is seen from within, but
+    /// half of the leaves differ more from all of them when seen from outside.
     #[arg(long, value_name = "COST")]
     pub intrinsic: Option<f32>,
     /// Largest linear scale that a leaf may reach.
