@@ -15,7 +15,7 @@ use glam::DVec3;
 use std::path::Path;
 
 /// Side of the pictures from within, and from outside.
-const SIDES: [u32; 2] = [64, 128];
+const SIDES: [u32; 2] = [96, 128];
 /// Distance of the points from the crown's centre, relative to half its size.
 const OUTWARDS: f64 = 0.45;
 const SHARES: [f64; 5] = [0.5, 0.3, 0.15, 0.05, 0.01];
