@@ -96,10 +96,11 @@
 //! Test `tests/hard_cases.rs`: `a_count_that_jumps_between_none_and_all_gets_there_at_once`.
 //!
 //! **The camera inside the crown, at its centre, or facing away.** Inside the bounding sphere its
-//! outline is infinite and all leaves are drawn ([`Sight`]). Triangles that cross the near plane
-//! are clipped, and those behind it are discarded. A distance of 0 divided by a radius of 0 counts
-//! as 0.
-//! Tests `src/extract/lod.rs`: `from_inside_the_crown_everything_is_drawn`, `tests/hard_cases.rs`:
+//! outline is infinite, and at least half of the leaves are drawn ([`Sight::least_lod`]), all of
+//! them by the default policy. Triangles that cross the near plane are clipped, and those behind it
+//! are discarded. A distance of 0 divided by a radius of 0 counts as 0.
+//! Tests `src/extract/lod.rs`: `from_inside_the_crown_everything_is_drawn`,
+//! `from_inside_the_crown_at_least_half_is_drawn_by_any_policy`, `tests/hard_cases.rs`:
 //! `from_inside_a_closed_crown_every_pixel_is_leaf`, `tests/software_pictures.rs`:
 //! `leaves_behind_the_eye_vanish_and_one_across_the_near_plane_is_cut`.
 //!
@@ -155,7 +156,7 @@
 //! [`Neighbours`]: crate::simplify::neighbours::Neighbours
 //! [`Plant::validate`]: crate::Plant::validate
 //! [`SceneReduction`]: crate::stochastic::lambda::SceneReduction
-//! [`Sight`]: crate::extract::Sight
+//! [`Sight::least_lod`]: crate::extract::Sight::least_lod
 //! [`SimplifyOptions::validate`]: crate::simplify::SimplifyOptions::validate
 //! [`Swap`]: crate::extract::Swap
 //! [`Swap::set_active`]: crate::extract::Swap::set_active

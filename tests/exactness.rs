@@ -41,6 +41,7 @@ fn assert_equals_naive_with(plant: &Plant, options: &SimplifyOptions) {
     let comparison = |appearance| comparison(appearance, same_views.clone());
     naive.criterion = options.criterion;
     naive.compensate = options.compensate;
+    naive.intrinsic = options.intrinsic.into();
     let judging = if options.compensate == Compensate::Silhouette { &silhouette } else { &image };
     naive.comparisons = [Some(comparison(&image)), Some(comparison(judging))];
     let expected = naive.run();
@@ -120,6 +121,17 @@ fn masked_leaves_are_pruned_and_grow_for_pictures_as_by_the_naive_method() {
 #[test]
 fn bent_cards_are_pruned_and_grow_for_pictures_as_by_the_naive_method() {
     assert_judged_as_naive(&plants::bent(200, 12), Criterion::Image, Compensate::Image);
+}
+
+#[test]
+fn leaves_with_an_intrinsic_cost_are_pruned_as_by_the_naive_method() {
+    let options = SimplifyOptions { resolution: 32, intrinsic: 0.03, cascade: false, ..SimplifyOptions::fast() };
+    let plant = plants::with_wood(200, 14);
+    assert_equals_naive_with(&plant, &options);
+    let order = |options: &SimplifyOptions| order(&plant, options, &mut CpuFragments::new(), &mut Quiet).unwrap().0;
+    let free = order(&SimplifyOptions { intrinsic: 0.0, ..options.clone() });
+    let moved = order(&options).iter().zip(&free).filter(|(a, b)| a.leaf != b.leaf).count();
+    assert!(moved > 100, "the cost changes {moved} of 199 steps");
 }
 
 #[test]

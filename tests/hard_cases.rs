@@ -154,7 +154,8 @@ fn lod_never_rises_with_distance_whatever_the_range() {
 
 #[test]
 fn a_range_without_width_or_end_is_a_step_or_all() {
-    let nearness = |near, far, distance| Blend { near, far, nearness_weight: 1.0, area_weight: 0.0 }.lod(&at(distance));
+    let nearness =
+        |near, far, distance| Blend { near, far, nearness_weight: 1.0, area_weight: 0.0 }.lod_outside(&at(distance));
     for far in [5.0, 4.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
         let lods = [0.0, 5.0, 5.000_001, f32::INFINITY].map(|distance| nearness(5.0, far, distance));
         assert_eq!(lods, [1.0, 1.0, 0.0, 0.0], "far {far}");

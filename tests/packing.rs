@@ -171,6 +171,24 @@ fn sections_that_lack_occur_twice_or_overlap_are_refused() {
     assert!(FoliageModel::from_bytes(&shuffled.file()).is_ok(), "their order is free");
 }
 
+#[test]
+fn an_intrinsic_cost_has_a_section_unless_it_is_0_and_is_refused_out_of_range() {
+    let with = |bytes: &[u8]| {
+        let mut sections = sections();
+        sections.0.push(version2::Section { tag: *b"INTR", flags: 0, bytes: bytes.to_vec() });
+        FoliageModel::from_bytes(&sections.file())
+    };
+    assert_eq!(FoliageModel::from_bytes(&sections().file()).unwrap().recipe.intrinsic, 0.0);
+    let model = with(&0.01_f32.to_le_bytes()).unwrap();
+    assert_eq!(model.recipe.intrinsic, 0.01);
+    assert_eq!(FoliageModel::from_bytes(&model.to_bytes().unwrap()).unwrap(), model);
+    for bytes in [f32::NAN, -0.1, 1.5, f32::INFINITY].map(f32::to_le_bytes) {
+        let refused = with(&bytes).unwrap_err().to_string();
+        assert!(refused.contains("INTR") && !refused.contains('\n'), "{refused}");
+    }
+    assert!(with(&[0; 3]).is_err() && with(&[0; 5]).is_err());
+}
+
 /// Counts of an `ABOU` section: its last five numbers, of leaves, vertices, indices, and of the
 /// wood's vertices and indices.
 #[test]

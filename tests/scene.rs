@@ -4,7 +4,7 @@
 use foliage_lod::{
     Camera, Depth, Grove, LookAt,
     bounds::Sphere,
-    extract::{Blend, Sight},
+    extract::{Blend, CookLambda, LodPolicy, Sight, Sizes},
     scene::{Active, Kind, Placement},
 };
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
@@ -127,6 +127,49 @@ fn a_trembling_camera_changes_no_count_and_a_dolly_changes_it_little_by_little()
     let counts: Vec<f32> = (0..2000).map(|i| count(100.0 + 0.05 * f64::from(i))).collect();
     assert!(counts.windows(2).all(|pair| pair[1] <= pair[0] && pair[0] - pair[1] < 1.0));
     assert!(counts[1999] < 0.75 * still);
+}
+
+/// Kinds whose policies draw few leaves, also up close.
+fn sparing_kinds() -> Vec<Kind> {
+    let policies: [Box<dyn LodPolicy + Send + Sync>; 3] = [
+        Box::new(Blend { near: 0.1, far: 0.4, nearness_weight: 1.0, area_weight: 0.0 }),
+        Box::new(CookLambda { start: 0.4, half_area: 0.4 }),
+        Box::new(Sizes::new(&[(10.0, 0.05), (200.0, 0.3)]).unwrap()),
+    ];
+    policies.into_iter().map(|policy| Kind { policy, ..kinds().swap_remove(0) }).collect()
+}
+
+#[test]
+fn from_inside_a_plant_at_least_half_of_it_is_drawn_however_it_is_scaled_and_turned() {
+    let turns = [DQuat::IDENTITY, DQuat::from_euler(glam::EulerRot::XYZ, 1.0, 2.0, -0.5)];
+    let scales = [DVec3::ONE, DVec3::splat(0.02), DVec3::splat(300.0), DVec3::new(2.0, 0.5, 1.0)];
+    let inside = [DVec3::ZERO, DVec3::new(0.9, 0.0, 0.0), DVec3::new(-0.4, 0.7, 0.5), DVec3::new(0.0, -0.99, 0.0)];
+    let sphere = kinds()[0].sphere;
+    let mut out = Vec::new();
+    for (turn, scale) in turns.into_iter().flat_map(|turn| scales.map(|scale| (turn, scale))) {
+        let world_from_plant = DAffine3::from_scale_rotation_translation(scale, turn, DVec3::new(40.0, -3.0, 7e4));
+        let placements = [0, 1, 2].map(|kind| Placement { kind, world_from_plant });
+        let mut grove = Grove::new(sparing_kinds(), &placements).unwrap();
+        let mut counts = |grove: &mut Grove, eye_in_radii: DVec3| {
+            let eye = world_from_plant.transform_point3(sphere.center() + eye_in_radii * sphere.radius);
+            grove.select_all(&camera(eye, eye + DVec3::X, 1.0, 1.0).camera(HEIGHT_PX), &mut out);
+            out.iter().map(|active| active.count).collect::<Vec<f32>>()
+        };
+        for eye in inside {
+            let found = counts(&mut grove, eye);
+            assert!(found.iter().all(|&count| count >= 500.0), "{scale} {eye}: {found:?}");
+        }
+        assert!(counts(&mut grove, DVec3::X * 9.0).iter().all(|&count| count < 400.0));
+        grove.set_dead_band(0.0);
+        let far = scale.max_element() / scale.x;
+        let at = |step: u32| DVec3::X * far * (2.0 - 0.002 * f64::from(step));
+        let walk: Vec<Vec<f32>> = (0..=1000).map(|step| counts(&mut grove, at(step))).collect();
+        for plant in 0..placements.len() {
+            let steps = walk.windows(2).map(|pair| (pair[1][plant] - pair[0][plant]).abs());
+            let largest = steps.fold(0.0, f32::max);
+            assert!(largest > 1.0 && largest < 10.0, "{scale}, policy {plant}: {largest} leaves at once");
+        }
+    }
 }
 
 #[test]

@@ -16,100 +16,28 @@
 //! - [`PixelError`] (ours): the fewest leaves that keep the recorded prune errors, projected to the
 //!   screen, within a bound.
 //!
+//! From inside the crown every policy draws at least half of the leaves ([`Sight::least_lod`]).
+//!
 //! Distances are in radii of the plant's bounding sphere, so one setting works for trees of any
 //! size. For any input (far = near, NaN, a camera inside the crown), the LOD is between 0 and 1.
 //!
 //! Limits: no policy considers lighting, motion or occlusion.
 
-use crate::{Camera, model::FoliageModel};
-use glam::DVec3;
+use super::sight::{REFERENCE_FOV_Y, Sight, outline, unit};
+use crate::model::FoliageModel;
 use std::sync::Arc;
-
-/// Vertical field of view assumed for distances that are given without one: 60 degrees.
-pub const REFERENCE_FOV_Y: f32 = std::f32::consts::FRAC_PI_3;
-
-/// How a plant is seen in one frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
-    /// Distance from the camera to the centre of the plant's bounding sphere, in the plant's units
-    /// times the instance's scale.
-    pub distance: f32,
-    /// Radius of the bounding sphere, in the same unit.
-    pub radius: f32,
-    /// Vertical field of view in radians, between 0 and pi.
-    pub fov_y: f32,
-    /// Image height in pixels.
-    pub height_px: f32,
-}
-
-impl Sight {
-    /// Describes how a camera sees a sphere, in world units. For an orthographic projection, the
-    /// distance is the one at which a perspective camera of [`REFERENCE_FOV_Y`] would see the
-    /// sphere at the same size.
-    pub fn new(camera: &Camera, center: DVec3, radius: f64) -> Self {
-        SeenBy::new(camera).sight(center, radius)
-    }
-
-    /// Distance in radii of the bounding sphere; 0 if the distance or radius is NaN, or if the
-    /// plant is a point at the camera.
-    pub fn distance_in_radii(&self) -> f32 {
-        let radii = self.distance / self.radius;
-        if radii.is_nan() { 0.0 } else { radii.max(0.0) }
-    }
-
-    /// Radius of the bounding sphere's outline, relative to half the image height. Infinite inside
-    /// the sphere.
-    fn outline(&self) -> f32 {
-        outline(self.distance_in_radii(), self.fov_y)
-    }
-
-    /// Radius of the bounding sphere's outline in pixels. Infinite inside the sphere.
-    pub fn radius_px(&self) -> f32 {
-        self.outline() * 0.5 * self.height_px
-    }
-}
-
-/// How a camera sees any number of spheres: what does not depend on the sphere is computed once.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SeenBy {
-    eye: DVec3,
-    fov_y: f32,
-    height_px: u32,
-    /// Number of pixels covered by a length of 1; set for an orthographic projection.
-    pixels_per_unit: Option<f64>,
-}
-
-impl SeenBy {
-    pub(crate) fn new(camera: &Camera) -> Self {
-        let pixels_per_unit = camera.is_orthographic().then(|| camera.pixels_per_unit());
-        let fov_y = if pixels_per_unit.is_some() { REFERENCE_FOV_Y } else { camera.fov_y() as f32 };
-        Self { eye: camera.eye, fov_y, height_px: camera.height_px, pixels_per_unit }
-    }
-
-    /// See [`Sight::new`].
-    pub(crate) fn sight(&self, center: DVec3, radius: f64) -> Sight {
-        let distance = match self.pixels_per_unit {
-            None => center.distance(self.eye) as f32,
-            Some(pixels_per_unit) => {
-                let outline = 2.0 * radius * pixels_per_unit / f64::from(self.height_px);
-                let across = 1.0 / (outline * f64::from(0.5 * REFERENCE_FOV_Y).tan());
-                (radius * across.hypot(1.0)) as f32
-            }
-        };
-        Sight { distance, radius: radius as f32, fov_y: self.fov_y, height_px: self.height_px as f32 }
-    }
-}
-
-/// Radius of a unit sphere's outline at `distance`, relative to half the image height; infinite
-/// inside the sphere.
-fn outline(distance: f32, fov_y: f32) -> f32 {
-    if distance > 1.0 { 1.0 / ((distance * distance - 1.0).sqrt() * (0.5 * fov_y).tan()) } else { f32::INFINITY }
-}
 
 /// A rule for how much of a plant to draw. Applications may implement their own.
 pub trait LodPolicy {
-    /// Returns the level of detail, from 0 (the least possible) to 1 (everything).
-    fn lod(&self, sight: &Sight) -> f32;
+    /// The rule itself: the level of detail of a plant seen from outside, from 0 (the least
+    /// possible) to 1 (everything). Must be defined for any sight.
+    fn lod_outside(&self, sight: &Sight) -> f32;
+
+    /// Returns the level of detail to draw, from 0 (the least possible) to 1 (everything): the
+    /// rule's, but at least [`Sight::least_lod`].
+    fn lod(&self, sight: &Sight) -> f32 {
+        self.lod_outside(sight).max(sight.least_lod())
+    }
 }
 
 /// Returns the active count for `lod` in a model of `leaves` leaves: `lod * leaves` rounded to the
@@ -169,7 +97,7 @@ impl Default for Blend {
 }
 
 impl LodPolicy for Blend {
-    fn lod(&self, sight: &Sight) -> f32 {
+    fn lod_outside(&self, sight: &Sight) -> f32 {
         let distance = sight.distance_in_radii();
         let nearness = if self.far > self.near {
             1.0 - unit((distance - self.near) / (self.far - self.near))
@@ -203,7 +131,7 @@ impl Default for CookLambda {
 }
 
 impl LodPolicy for CookLambda {
-    fn lod(&self, sight: &Sight) -> f32 {
+    fn lod_outside(&self, sight: &Sight) -> f32 {
         let magnification = (0.5 * REFERENCE_FOV_Y).tan() / (0.5 * sight.fov_y).tan();
         let area = (self.start / sight.distance_in_radii() * magnification).powi(2);
         if area.is_nan() || area >= 1.0 {
@@ -254,7 +182,7 @@ impl PixelError {
 }
 
 impl LodPolicy for PixelError {
-    fn lod(&self, sight: &Sight) -> f32 {
+    fn lod_outside(&self, sight: &Sight) -> f32 {
         let leaves = self.share.len() - 1;
         unit((f64::from(self.fewest_leaves(sight)) / leaves as f64) as f32)
     }
@@ -284,7 +212,7 @@ impl Sizes {
 }
 
 impl LodPolicy for Sizes {
-    fn lod(&self, sight: &Sight) -> f32 {
+    fn lod_outside(&self, sight: &Sight) -> f32 {
         let px = 2.0 * sight.radius_px();
         let next = self.shares.partition_point(|&(size, _)| size < px);
         let [from, to] = [next.saturating_sub(1), next.min(self.shares.len() - 1)].map(|i| self.shares[i]);
@@ -344,11 +272,6 @@ impl Hysteresis {
         self.current = Some(settled);
         settled
     }
-}
-
-/// Clamps to `0..=1`; NaN becomes 0.
-fn unit(x: f32) -> f32 {
-    if x.is_nan() { 0.0 } else { x.clamp(0.0, 1.0) }
 }
 
 #[cfg(test)]
@@ -443,6 +366,32 @@ mod tests {
         for radii in [0.0, 0.5, 1.0] {
             assert_eq!(Blend::default().lod(&at(radii)), 1.0);
             assert_eq!(CookLambda::default().lod(&at(radii)), 1.0);
+        }
+    }
+
+    /// Policies that would draw less from inside, also at the centre.
+    fn sparing() -> Vec<Box<dyn LodPolicy>> {
+        vec![
+            Box::new(Blend { near: 0.1, far: 0.4, nearness_weight: 1.0, area_weight: 0.0 }),
+            Box::new(CookLambda { start: 0.01, half_area: 0.4 }),
+            Box::new(Sizes::new(&[(10.0, 0.05), (200.0, 0.3)]).unwrap()),
+            // Nine leaves in ten are hidden from all views.
+            Box::new(PixelError { bound_px: 2.0, share: (0..101).map(|n| f64::from(u8::from(n < 10))).collect() }),
+        ]
+    }
+
+    #[test]
+    fn from_inside_the_crown_at_least_half_is_drawn_by_any_policy() {
+        for (i, policy) in sparing().iter().enumerate() {
+            for step in 0..=100 {
+                let sight = at(0.01 * step as f32);
+                let lod = policy.lod(&sight);
+                assert_eq!(lod, policy.lod_outside(&sight).max(0.5), "policy {i} at {sight:?}");
+            }
+            assert!(policy.lod_outside(&at(0.9)) < 0.5 && policy.lod(&at(0.9)) == 0.5, "policy {i}");
+            for radii in [1.5, 1.6, 3.0, 40.0] {
+                assert_eq!(policy.lod(&at(radii)), policy.lod_outside(&at(radii)), "policy {i} at {radii}");
+            }
         }
     }
 

@@ -10,10 +10,12 @@
 //! `n` is all that a plant needs.
 
 pub(crate) mod lod;
+pub(crate) mod sight;
 pub(crate) mod swap;
 
 pub use lod::{
-    Blend, CookLambda, Hysteresis, LodPolicy, PixelError, REFERENCE_FOV_Y, Sight, Sizes, active_count, fewest_leaves,
-    fewest_visible, leaf_count,
+    Blend, CookLambda, Hysteresis, LodPolicy, PixelError, Sizes, active_count, fewest_leaves, fewest_visible,
+    leaf_count,
 };
+pub use sight::{REFERENCE_FOV_Y, Sight};
 pub use swap::{BLOCK_LEAVES, Swap};

@@ -8,17 +8,27 @@
 //! - **coverage**: covered area divided by the full plant's, minus 1.
 //! - **xor**: area that only one of the two covers, divided by the full plant's area. Partly
 //!   covered pixels count in part.
+//! - **grain**: mean absolute gradient of the luma, against the same sky, divided by that of the
+//!   full plant's picture; 1 if the picture is as fine, less for few large leaves in the place of
+//!   many small ones. The gradient of a pixel is how much its luma differs from that of its
+//!   neighbours to the right and below: the *absolute gradient* of F. Groen, I. Young and
+//!   G. Ligthart, *A comparison of different focus functions for use in autofocus algorithms*
+//!   (1985).
 //!
 //! Pictures carry their coverage as alpha
 //! ([`Background::Transparent`](crate::software::Background::Transparent)).
 //!
-//! Limits: still pictures only; for motion see [`largest_change`].
+//! Limits: still pictures only; for motion see [`largest_change`]. Strong edges of large leaves
+//! raise the grain as well as many small leaves do, so it tells little where leaves contrast with
+//! each other.
 
 use crate::{Error, Result, software::Image};
 use image_compare::Algorithm;
 
 /// Background colour behind the plants, sRGB.
 const SKY: [u8; 3] = [220, 230, 240];
+/// Weights of red, green and blue in the luma (ITU-R BT.709).
+const LUMA: [f64; 3] = [0.2126, 0.7152, 0.0722];
 /// Minimum side of pictures for SSIM: the side of its window.
 const LEAST_SIDE: u32 = 8;
 
@@ -35,6 +45,8 @@ pub struct Quality {
     pub coverage: f64,
     /// 0 for equal silhouettes.
     pub xor: f64,
+    /// 0 for an empty picture, 1 for one as fine as the full plant's; NaN if the latter is empty.
+    pub grain: f64,
 }
 
 /// Sums over pairs of pictures.
@@ -48,6 +60,8 @@ pub struct Comparison {
     covered: f64,
     covered_full: f64,
     xor: f64,
+    gradient: f64,
+    gradient_full: f64,
 }
 
 impl Comparison {
@@ -71,6 +85,7 @@ impl Comparison {
             sums.xor += (a - b).abs();
         }
         sums.bytes = 3.0 * f64::from(full.width) * f64::from(full.height);
+        [sums.gradient_full, sums.gradient] = [full, reduced].map(gradient);
         sums.ssim = ssim(full, reduced);
         sums.flip = flip(full, reduced);
         Ok(sums)
@@ -87,6 +102,8 @@ impl Comparison {
             covered: self.covered + other.covered,
             covered_full: self.covered_full + other.covered_full,
             xor: self.xor + other.xor,
+            gradient: self.gradient + other.gradient,
+            gradient_full: self.gradient_full + other.gradient_full,
         }
     }
 
@@ -98,6 +115,7 @@ impl Comparison {
             flip: self.flip / self.pairs,
             coverage: self.covered / self.covered_full - 1.0,
             xor: self.xor / self.covered_full,
+            grain: self.gradient / self.gradient_full,
         }
     }
 }
@@ -121,6 +139,18 @@ pub fn largest_change(pictures: &[Image]) -> Result<f64> {
 fn before_sky(pixel: &[u8]) -> [u8; 3] {
     let alpha = u32::from(pixel[3]);
     [0, 1, 2].map(|i| ((u32::from(pixel[i]) * alpha + u32::from(SKY[i]) * (255 - alpha) + 127) / 255) as u8)
+}
+
+/// Sum of the absolute differences in luma between pixels beside and above each other.
+fn gradient(image: &Image) -> f64 {
+    let width = image.width.max(1) as usize;
+    let luma = |pixel: &[u8]| before_sky(pixel).iter().zip(LUMA).map(|(&byte, weight)| f64::from(byte) * weight).sum();
+    let lumas: Vec<f64> = image.rgba.chunks_exact(4).map(luma).collect();
+    let differences = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>();
+    let rows = || lumas.chunks_exact(width);
+    let across: f64 = rows().map(|row| differences(row, &row[1..])).sum();
+    let down: f64 = rows().zip(rows().skip(1)).map(|(row, below)| differences(row, below)).sum();
+    across + down
 }
 
 fn rgb(image: &Image) -> image::RgbImage {
@@ -165,8 +195,8 @@ mod tests {
 
     #[test]
     fn equal_pictures_do_not_differ() {
-        let Quality { rmse, ssim, flip, coverage, xor } = quality(&square(8, 16), &square(8, 16));
-        assert_eq!([rmse, ssim, coverage, xor], [0.0, 1.0, 0.0, 0.0]);
+        let Quality { rmse, ssim, flip, coverage, xor, grain } = quality(&square(8, 16), &square(8, 16));
+        assert_eq!([rmse, ssim, coverage, xor, grain], [0.0, 1.0, 0.0, 0.0, 1.0]);
         assert!(if cfg!(feature = "flip") { flip == 0.0 } else { flip.is_nan() });
     }
 
@@ -198,6 +228,24 @@ mod tests {
         assert!((mean.rmse - single.rmse / 2.0_f64.sqrt()).abs() < 1e-9);
         assert_eq!([mean.coverage, mean.xor], [-0.375, 0.375]);
         assert_eq!(mean.ssim, (1.0 + single.ssim) / 2.0);
+    }
+
+    #[test]
+    fn grain_is_the_length_of_edges_times_their_contrast() {
+        let grain = |reduced: &Image| quality(&square(8, 16), reduced).grain;
+        assert_eq!(grain(&square(20, 16)), 1.0, "wherever it is");
+        assert!((grain(&square(8, 8)) - 0.5).abs() < 1e-12, "half as much edge");
+        let mut four = Image::filled(64, 64, [0; 4]);
+        for corner in [[0, 0], [16, 0], [0, 16], [16, 16]] {
+            four.paste(&Image::filled(8, 8, [0, 0, 0, 255]), 8 + corner[0], 8 + corner[1]);
+        }
+        assert!((grain(&four) - 2.0).abs() < 1e-12, "four squares of the same area have twice the edge");
+        let sky = SKY.iter().zip(LUMA).map(|(&byte, weight)| f64::from(byte) * weight).sum::<f64>();
+        let grey = Image { rgba: square(8, 16).rgba.chunks(4).flat_map(|p| [100, 100, 100, p[3]]).collect(), ..four };
+        assert!((grain(&grey) - (sky - 100.0) / sky).abs() < 1e-12, "less contrast");
+        assert_eq!(grain(&Image::filled(64, 64, [0; 4])), 0.0);
+        let empty = Image::filled(64, 64, [0; 4]);
+        assert!(quality(&empty, &empty).grain.is_nan());
     }
 
     #[test]

@@ -159,7 +159,7 @@ mod tests {
         let share = |diameter_px: f32| {
             // A distant sphere in a picture of 100 rows, with a field of view of one radian.
             let distance = 100.0 / (diameter_px * 0.5_f32.tan());
-            sizes.lod(&Sight { distance, radius: 1.0, fov_y: 1.0, height_px: 100.0 })
+            sizes.lod_outside(&Sight { distance, radius: 1.0, fov_y: 1.0, height_px: 100.0 })
         };
         let expected = reached.leaves as f32 / 300.0;
         assert!((share(48.0) - expected).abs() < 0.02 && share(1000.0) == expected, "{} {expected}", share(48.0));

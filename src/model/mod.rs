@@ -84,6 +84,9 @@ pub struct Recipe {
     pub views: u32,
     /// Whether the background took part as an extra polygon.
     pub background: bool,
+    /// Cost of leaves that no view sees, 0 to 1: the intrinsic cost of the image criterion.
+    #[serde(skip)]
+    pub intrinsic: f32,
     /// Rasteriser that captured the fragments: `cpu` or `gpu`.
     pub raster: String,
     /// Name of the GPU adapter, if the GPU was used.

@@ -11,7 +11,7 @@ use super::frustum::{ALL_PLANES, Crossed, Frustum};
 use crate::{
     Camera, Error, Result,
     bounds::{Sphere, largest_scale},
-    extract::{Blend, Hysteresis, LodPolicy, fewest_leaves, lod::SeenBy},
+    extract::{Blend, Hysteresis, LodPolicy, fewest_leaves, sight::SeenBy},
     model::FoliageModel,
 };
 use glam::{DAffine3, DVec3, Vec3, Vec3A};
@@ -195,8 +195,10 @@ impl Grove {
 impl Plant {
     fn count(&mut self, kind: &Kind, seen_by: &SeenBy) -> f32 {
         let sight = seen_by.sight(self.center, self.radius);
-        let wanted = f64::from(kind.policy.lod(&sight)) * f64::from(kind.leaves);
-        self.hysteresis.follow(wanted, kind.leaves, kind.min_leaves) as f32
+        let of_leaves = |lod: f32| f64::from(lod) * f64::from(kind.leaves);
+        let settled = self.hysteresis.follow(of_leaves(kind.policy.lod(&sight)), kind.leaves, kind.min_leaves);
+        // The dead band may leave the count below what is wanted, but not below the least.
+        settled.max(of_leaves(sight.least_lod())) as f32
     }
 }
 

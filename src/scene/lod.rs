@@ -109,7 +109,7 @@ const DEFAULT_BOUND_PX: f32 = 200.0;
 struct Everything;
 
 impl LodPolicy for Everything {
-    fn lod(&self, _: &crate::extract::Sight) -> f32 {
+    fn lod_outside(&self, _: &crate::extract::Sight) -> f32 {
         1.0
     }
 }

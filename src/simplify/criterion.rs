@@ -5,6 +5,7 @@ use super::{
     areas::Areas,
     change::{Change, Gain},
     crew::locked,
+    intrinsic::Intrinsic,
     layers::Layers,
     price::{Price, Prices, STEPS},
     tournament::{Key, OUT, Tournament},
@@ -36,6 +37,10 @@ pub trait Criterion: Send + Sync {
 
     /// Excludes a leaf that was pruned before the views were captured.
     fn retire(&self, leaf: u32);
+
+    /// Takes note that a leaf covers so many pixels over all views, visible or not, once it has
+    /// grown. The step is absorbed afterwards.
+    fn cover(&self, _leaf: u32, _covered: u32) {}
 
     /// Excludes leaf `pruned` and applies the step's changes, one slice per view, to one of the
     /// parts. `areas` have changed already.
@@ -93,7 +98,8 @@ fn changed_leaves(areas: &Areas, changes: &[&[Change]]) -> impl Iterator<Item = 
 }
 
 /// Image criterion (ours): a leaf's error is how much pruning it increases the difference between
-/// the views and the full plant's, plus the price of the pixels that it leaves uncovered.
+/// the views and the full plant's, plus the price of the pixels that it leaves uncovered. The
+/// leaf with the least sum of that error and its [intrinsic cost](super::intrinsic) goes first.
 ///
 /// Errors are in pixels: 1 is the cost of showing a polygon where the background should be.
 /// Negative errors, where the views are better without the leaf, are recorded as 0.
@@ -109,12 +115,22 @@ struct Scores {
     prices: Prices,
     /// Gain of pruning each leaf; usually negative.
     gains: Vec<Gain>,
+    /// `None` if leaves have no intrinsic cost.
+    intrinsic: Option<Intrinsic>,
+    /// Leaf that has grown since the last step was absorbed.
+    grown: Option<u32>,
     tournament: Tournament,
 }
 
 impl ImageLoss {
     /// Scores all leaves of freshly captured views, which must keep their references.
-    pub fn new(appearance: Arc<Appearance>, price: Price, areas: &Areas, layers: &[Layers]) -> Self {
+    pub fn new(
+        appearance: Arc<Appearance>,
+        price: Price,
+        intrinsic: Option<Intrinsic>,
+        areas: &Areas,
+        layers: &[Layers],
+    ) -> Self {
         let mut gains = vec![Gain::default(); areas.leaves];
         for (view, layers) in layers.iter().enumerate() {
             let look = appearance.view(view);
@@ -127,6 +143,8 @@ impl ImageLoss {
         let mut scores = Scores {
             prices: price.steps(areas) * appearance.coverage(),
             gains,
+            intrinsic,
+            grown: None,
             tournament: Tournament::new(vec![OUT; areas.leaves]),
         };
         (0..areas.leaves as u32).for_each(|leaf| scores.update(areas, leaf));
@@ -137,17 +155,30 @@ impl ImageLoss {
 impl Scores {
     fn update(&mut self, areas: &Areas, leaf: u32) {
         let score = self.gains[leaf as usize].score(self.prices);
-        self.tournament.set(leaf, (-score, tie_break(areas, leaf)));
+        self.tournament.set(leaf, (self.intrinsic_cost(leaf) - score, tie_break(areas, leaf)));
+    }
+
+    fn intrinsic_cost(&self, leaf: u32) -> i64 {
+        self.intrinsic.as_ref().map_or(0, |intrinsic| intrinsic.cost(leaf))
     }
 }
 
 impl Criterion for ImageLoss {
     fn choose(&self, _: &Areas) -> Option<Choice> {
-        let tournament = &locked(&self.scores).tournament;
-        let leaf = tournament.winner();
-        let key = tournament.key(leaf);
+        let scores = locked(&self.scores);
+        let leaf = scores.tournament.winner();
+        let key = scores.tournament.key(leaf);
         let unit = (COVERAGE * STEPS) as f64;
-        (key != OUT).then_some(Choice { leaf, error: key.0.max(0) as f64 / unit })
+        let error = || (key.0 - scores.intrinsic_cost(leaf)).max(0) as f64 / unit;
+        (key != OUT).then(|| Choice { leaf, error: error() })
+    }
+
+    fn cover(&self, leaf: u32, covered: u32) {
+        let scores = &mut *locked(&self.scores);
+        if let Some(intrinsic) = &mut scores.intrinsic {
+            intrinsic.cover(leaf, covered);
+            scores.grown = Some(leaf);
+        }
     }
 
     fn retire(&self, leaf: u32) {
@@ -167,6 +198,7 @@ impl Criterion for ImageLoss {
                 }
             }
         }
+        let grown = scores.grown.take();
         let prices = self.price.steps(areas) * self.appearance.coverage();
         if scores.prices != prices {
             scores.prices = prices;
@@ -174,7 +206,7 @@ impl Criterion for ImageLoss {
             live.collect::<Vec<_>>().into_iter().for_each(|leaf| scores.update(areas, leaf));
             return;
         }
-        for leaf in changed_leaves(areas, changes).filter(|&leaf| leaf != pruned) {
+        for leaf in changed_leaves(areas, changes).chain(grown).filter(|&leaf| leaf != pruned) {
             scores.update(areas, leaf);
         }
     }

@@ -20,6 +20,7 @@ pub(crate) mod enlarge;
 pub(crate) mod footprint;
 pub(crate) mod fragments;
 pub(crate) mod information;
+pub(crate) mod intrinsic;
 mod judge;
 pub(crate) mod layers;
 pub(crate) mod masks;

@@ -1,7 +1,7 @@
 //! Options of the simplification, with presets.
 
 use super::views::{MAX_RESOLUTION, check_view_count};
-use crate::{Result, error::check_range};
+use crate::{Error, Result, error::check_range};
 use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 /// Upper limit of [`SimplifyOptions::max_scale`]. Together with the largest resolution it keeps
@@ -71,6 +71,12 @@ pub struct SimplifyOptions {
     /// Counts the background as one more polygon, so that holes against the sky matter (VMI only).
     /// Without it, every step recomputes every error: minutes instead of seconds for large plants.
     pub background: bool,
+    /// Cost of leaves that no view sees, 0 to 1 (criterion image only): 1 prices a covered pixel of
+    /// the dearest leaf like a pixel that shows the background instead of a polygon. At 0 all
+    /// hidden leaves are pruned first; at 0.01 many of them last as long as visible leaves of
+    /// little use. From outside, half of the leaves then have an RMSE that is up to twice as high;
+    /// from within, it is lower on some plants and higher on others.
+    pub intrinsic: f32,
     /// Largest linear scale of any leaf, 1 to [`MAX_SCALE_LIMIT`]. Without a cap, chains of targets
     /// reach 10 to 20 and look like balloons; a low cap thins out the last few percent of the
     /// leaves.
@@ -100,6 +106,7 @@ impl SimplifyOptions {
             resolution: 256,
             views: 20,
             background: true,
+            intrinsic: 0.0,
             max_scale: 8.0,
             cascade: false,
             tone: false,
@@ -134,10 +141,15 @@ impl SimplifyOptions {
     /// Checks the range of every field.
     ///
     /// # Errors
-    /// [`Error::InvalidOption`](crate::Error::InvalidOption) for the first field outside its range.
+    /// [`Error::InvalidOption`] for the first field outside its range.
     pub fn validate(&self) -> Result<()> {
         check_range("resolution", self.resolution, 1..=MAX_RESOLUTION)?;
         check_view_count(self.views)?;
+        check_range("intrinsic", self.intrinsic, 0.0..=1.0)?;
+        if self.intrinsic > 0.0 && self.criterion != Criterion::Image {
+            let allowed = format!("0 with the criterion {}: only `image` has an intrinsic cost", self.criterion);
+            return Err(Error::invalid("intrinsic", self.intrinsic, allowed));
+        }
         check_range("max_scale", self.max_scale, 1.0..=MAX_SCALE_LIMIT)
     }
 }

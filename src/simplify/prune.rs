@@ -75,7 +75,9 @@ impl<'a, C: Criterion + ?Sized> Pruner<'a, C> {
             Plan::Judge { lost_area, growths } => self.judged(gone, lost_area, growths),
         };
         if growth.from != growth.to {
-            self.enlarger.grow(growth, self.runner.canvas().grown());
+            let canvas = self.runner.canvas();
+            self.enlarger.grow(growth, canvas.grown());
+            canvas.criterion.cover(growth.target, canvas.grown());
         }
         self.runner.absorb(leaf);
         Some(Prune { leaf, target: growth.target, target_scale: growth.to, error: choice.error as f32 })

@@ -7,6 +7,7 @@ use super::{
     criterion::{Criterion, ImageLoss, VisibleArea},
     enlarge::Enlarger,
     fragments::FragmentSource,
+    intrinsic::Intrinsic,
     layers::Layers,
     masks::Masks,
     memory,
@@ -98,6 +99,7 @@ pub fn simplify(
         resolution: options.resolution,
         views: options.views,
         background: options.background,
+        intrinsic: options.intrinsic,
         raster: if adapter.is_some() { "gpu" } else { "cpu" }.into(),
         adapter,
     };
@@ -246,7 +248,7 @@ impl Work<'_> {
         let started = Instant::now();
         observer.phase("prune", self.plant.leaves.len() as u64 - 1);
         let areas = count_areas(&layers.iter().collect::<Vec<_>>(), self.plant.leaves.len());
-        let criterion = self.criterion(&areas, price, &layers, pixels);
+        let criterion = self.criterion(&areas, &enlarger.covered, price, &layers, pixels);
         let dead = enlarger.dead.iter().zip(0..).filter(|(dead, _)| **dead);
         dead.for_each(|(_, leaf)| criterion.retire(leaf));
         let judging = self.appearances[1].as_deref();
@@ -289,9 +291,18 @@ impl Work<'_> {
         }
     }
 
-    fn criterion<'l>(&self, areas: &Areas, price: Price, layers: &'l [Layers], pixels: u64) -> Box<dyn Criterion> {
+    fn criterion<'l>(
+        &self,
+        areas: &Areas,
+        covered: &[u32],
+        price: Price,
+        layers: &'l [Layers],
+        pixels: u64,
+    ) -> Box<dyn Criterion> {
+        let cost = self.options.intrinsic;
+        let intrinsic = (cost > 0.0).then(|| Intrinsic::new(cost, covered));
         match (self.options.criterion, &self.appearances[0]) {
-            (_, Some(appearance)) => Box::new(ImageLoss::new(appearance.clone(), price, areas, layers)),
+            (_, Some(appearance)) => Box::new(ImageLoss::new(appearance.clone(), price, intrinsic, areas, layers)),
             (options::Criterion::Vmi, None) => {
                 let of_view = |(view, layers): (usize, &'l Layers)| layers.fronts().map(move |pair| (view, pair));
                 let fronts = || layers.iter().enumerate().flat_map(of_view);

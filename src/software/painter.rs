@@ -203,7 +203,7 @@ pub fn mean_color(pictures: &[Image]) -> [f32; 3] {
     sum.map(|channel| (channel / f64::max(weight, f64::MIN_POSITIVE)) as f32)
 }
 
-fn check_size(size: [u32; 2]) -> Result<()> {
+pub(super) fn check_size(size: [u32; 2]) -> Result<()> {
     if size.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side)) {
         return Ok(());
     }

@@ -67,6 +67,7 @@ pub fn shuffled(plant: &Plant, seed: u64) -> Result<FoliageModel> {
         resolution: RESOLUTION,
         views: VIEWS,
         background: true,
+        intrinsic: 0.0,
         raster: "cpu".into(),
         adapter: None,
     };

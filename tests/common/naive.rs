@@ -25,6 +25,9 @@ pub struct Naive<'a> {
     pub compensate: Compensate,
     /// Measures used by the criterion and by the compensation rule.
     pub comparisons: [Option<Comparison<'a>>; 2],
+    /// Cost of a pixel that the dearest leaf covers, as a fraction of that of a pixel that shows
+    /// the background instead of a polygon.
+    pub intrinsic: f64,
     /// Frontmost row at each pixel of each view at full detail.
     reference: Vec<Vec<usize>>,
     /// Whether each pixel of each view is within the crown's outline.
@@ -87,6 +90,7 @@ impl<'a> Naive<'a> {
             criterion: Criterion::Vmi,
             compensate: Compensate::Nearest,
             comparisons: [None, None],
+            intrinsic: 0.0,
             reference: Vec::new(),
             outline: Vec::new(),
             resolution: resolution as usize,
@@ -123,6 +127,7 @@ impl<'a> Naive<'a> {
             let (error, _, leaf) = candidates.map(|leaf| (errors[leaf], seconds[leaf], leaf)).min().unwrap();
             let visible = areas[leaf].iter().sum::<u64>();
             let prices = self.prices();
+            let error = error - self.intrinsic_cost(leaf);
             self.live[leaf] = false;
             let nearest = self.nearest(leaf);
             let (target, scale) = match self.compensate {
@@ -169,9 +174,17 @@ impl<'a> Naive<'a> {
                 let by = self.comparisons[0].as_ref().unwrap();
                 let prices = self.prices();
                 let before = self.score(by, prices, None);
-                leaves.map(|leaf| before - self.score(by, prices, Some(leaf))).collect()
+                leaves.map(|leaf| before - self.score(by, prices, Some(leaf)) + self.intrinsic_cost(leaf)).collect()
             }
         }
+    }
+
+    /// Cost of pruning the leaf besides what shows, in fixed-point steps.
+    fn intrinsic_cost(&self, leaf: usize) -> i64 {
+        let Some(by) = self.comparisons[0].as_ref().filter(|_| self.criterion == Criterion::Image) else { return 0 };
+        let most = (self.intrinsic * (8 * by.coverage) as f64).round() as u64;
+        let covered: usize = self.drawn[leaf].iter().map(Vec::len).sum();
+        (most * hash(leaf as u64) / (1 << 32)) as i64 * covered as i64
     }
 
     fn recorded(&self, error: i64) -> f32 {
@@ -472,6 +485,17 @@ impl<'a> Naive<'a> {
             fragments.push((pixel, ((1.0 / NEAR - inv_w) * NEAR * f64::from(u32::MAX)) as u32));
         }
     }
+}
+
+/// The upper 32 bits of the second number of the SplitMix64 stream that starts at the mixed seed.
+fn hash(seed: u64) -> u64 {
+    const GAMMA: u64 = 11_400_714_819_323_198_485;
+    let mix = |mut bits: u64| {
+        bits = (bits ^ (bits >> 30)).wrapping_mul(13_787_848_793_156_543_929);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(10_723_151_780_598_845_931);
+        bits ^ (bits >> 31)
+    };
+    mix(mix(seed ^ GAMMA).wrapping_add(GAMMA)) >> 32
 }
 
 /// Base-2 logarithm in fixed point, digit by digit, rounded to the nearest step; 0 for 0.

@@ -81,3 +81,17 @@ fn simplify_takes_the_same_choices_and_warns_on_stderr() {
     let unknown = error_line(&run(&folder, &[&simplify[..], &["--plant", "Yew"]].concat()), 2);
     assert!(unknown.contains("--plant is \"Yew\"") && unknown.contains("\"Pine\""), "{unknown}");
 }
+
+#[test]
+fn an_intrinsic_cost_is_recorded_and_refused_for_other_criteria() {
+    let folder = folder();
+    let simplify = ["simplify", "two.glb", "-o", "two.vds", "--raster", "cpu", "--resolution", "32"];
+    let with = |options: &[&str]| run(&folder, &[&simplify[..], &["--intrinsic", "0.25"], options].concat());
+    let refused = error_line(&with(&["--criterion", "area"]), 2);
+    assert!(refused.contains("--intrinsic is 0.25") && refused.contains("only `image`"), "{refused}");
+    succeeds(&with(&[]));
+    let inspected = run(&folder, &["inspect", "two.vds"]);
+    assert!(String::from_utf8(inspected.stdout).unwrap().contains("criterion image with intrinsic cost 0.25,"));
+    let inspected: Value = serde_json::from_slice(&run(&folder, &["inspect", "two.vds", "--json"]).stdout).unwrap();
+    assert_eq!(inspected["intrinsic"], 0.25);
+}

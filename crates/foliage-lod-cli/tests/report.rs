@@ -85,27 +85,40 @@ fn a_plants_report_is_one_page_with_every_method_at_every_level() {
             rows.iter().filter(|row| row["method"] == method).map(|row| row["level"].as_f64().unwrap()).collect();
         assert_eq!(levels, [0.5, 0.1], "{method}");
     }
+    let written = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     let against: Vec<_> = rows.iter().filter(|row| row["method"] == "against").collect();
     assert_eq!(against.len(), 1);
     assert!((against[0]["level"].as_f64().unwrap() - 0.5).abs() < 0.1);
-    let keys =
-        ["plant", "method", "level", "leaves", "pixels", "rmse", "ssim", "flip", "coverage", "xor", "frame_seconds"];
-    assert!(rows.iter().all(|row| keys.iter().all(|key| row.get(key).is_some())));
-    let rmse = |method: &str, level: f64| {
+    let csv_keys = written("report.csv").lines().next().unwrap().to_owned();
+    assert!(rows.iter().all(|row| csv_keys.split(',').all(|key| row.get(key).is_some())), "{csv_keys}");
+    assert!(["frame_seconds", "grain", "fragment_share", "matched_xor"].iter().all(|key| csv_keys.contains(key)));
+    let of = |key: &str, method: &str, level: f64| {
         let row = rows.iter().find(|row| row["method"] == method && row["level"] == level).unwrap();
-        row["rmse"].as_f64().unwrap()
+        row[key].as_f64().unwrap()
     };
-    assert!(rmse("balanced", 0.1) < rmse("random", 0.1) && rmse("balanced", 0.5) < rmse("balanced", 0.1));
+    for rmse in ["rmse", "matched_rmse"] {
+        assert!(of(rmse, "balanced", 0.1) < of(rmse, "random", 0.1));
+        assert!(of(rmse, "balanced", 0.5) < of(rmse, "balanced", 0.1));
+    }
+    for (level, pixels) in [(0.5, 181.0), (0.1, 81.0)] {
+        assert_eq!(of("matched_pixels", "fast", level), pixels);
+        assert_eq!(of("leaf_share", "fast", level), level);
+        assert!((of("triangle_share", "fast", level) - level).abs() < 1e-9, "all leaves of a birch are alike");
+        assert!((of("fragment_share", "random", level) / level - 1.0).abs() < 0.2);
+        assert!(of("fragment_share", "balanced", level) > 1.3 * level, "enlarged leaves have more fragments");
+        assert!(of("fragment_share", "cook", level) > 1.3 * level);
+        assert!((0.1..1.2).contains(&of("grain", "balanced", level)));
+    }
     let offline = json["offline"].as_array().unwrap();
     assert_eq!(offline.len(), 14);
     let keys = ["plant", "preset", "resolution", "views", "criterion", "seconds", "peak_bytes"];
     assert!(offline.iter().all(|row| keys.iter().all(|key| row.get(key).is_some())));
-    let written = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     assert_eq!(serde_json::from_str::<serde_json::Value>(&written("report.json")).unwrap(), json);
     assert_eq!(written("report.csv").lines().count(), 1 + rows.len());
     let page = written("report.html");
     let without_names = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!without_names.contains("http") && !page.contains(" src=\"/") && page.contains("data:image/png;base64,"));
+    assert!(page.contains("At the matched size") && page.contains("<th>fragments</th>"));
     assert!(page.contains("class=\"front\"") && page.matches("<svg").count() >= 3);
 }
 

@@ -208,6 +208,7 @@ mod tests {
         let path = folder.path().join("a.vds");
         for mut model in models(40) {
             model.recipe.adapter = Some("an adapter".into());
+            model.recipe.intrinsic = 0.01;
             model.write(&path).unwrap();
             let file = ModelFile::read(&path).unwrap();
             assert_eq!((&file.model, file.version, file.skipped.len()), (&model, 2, 0));

@@ -9,6 +9,7 @@
 //! | `TEXT` | textures |
 //! | `OUTL` | outlines of cards; left out if there are none, and may be skipped |
 //! | `GROW` | how enlarged leaves are drawn; left out if plainly scaled, and may be skipped |
+//! | `INTR` | intrinsic cost of the recipe; left out if it is 0, and may be skipped |
 //!
 //! Each is a record whose byte fields are streams: columns of integers, split into byte planes and
 //! deflated where that helps. Floats keep their bits: equal models give equal bytes.
@@ -34,8 +35,9 @@ use std::{borrow::Cow, path::Path};
 /// Tags of the sections that a file may lack and a reader may skip.
 const OUTLINES: Tag = *b"OUTL";
 const GROWTH: Tag = *b"GROW";
+const INTRINSIC: Tag = *b"INTR";
 /// Tags in the order in which the sections are written, and what they hold.
-pub(super) const SECTIONS: [(Tag, &str); 7] = [
+pub(super) const SECTIONS: [(Tag, &str); 8] = [
     (*b"ABOU", "about"),
     (*b"LEAF", "leaf_records"),
     (*b"VERT", "leaf_vertices"),
@@ -43,6 +45,7 @@ pub(super) const SECTIONS: [(Tag, &str); 7] = [
     (*b"TEXT", "textures"),
     (OUTLINES, "outlines"),
     (GROWTH, "growth"),
+    (INTRINSIC, "intrinsic"),
 ];
 
 /// Memory that a file may take when it is read: so many bytes, and so many per byte of the file.
@@ -130,14 +133,16 @@ fn encode_by(model: &FoliageModel, packing: Packing) -> Result<Vec<u8>> {
         encode(&textures)?,
         encode(&model.outlines)?,
         encode(&model.growth)?,
+        encode(&model.recipe.intrinsic)?,
     ];
     let sections = SECTIONS.iter().zip(records).map(|((tag, _), record)| match *tag {
-        OUTLINES | GROWTH => (*tag, 0, record),
+        OUTLINES | GROWTH | INTRINSIC => (*tag, 0, record),
         _ => (*tag, REQUIRED, record),
     });
     let is_needed = |tag: Tag| match tag {
         OUTLINES => !model.outlines.is_empty(),
         GROWTH => model.growth != Growth::default(),
+        INTRINSIC => model.recipe.intrinsic != 0.0,
         _ => true,
     };
     let sections: Vec<_> = sections.filter(|(tag, ..)| is_needed(*tag)).collect();
@@ -161,6 +166,10 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     let [about, leaves, foliage, wood, textures, ..] = SECTIONS.map(|(tag, _)| of_tag(tag));
     let outlines: Decoded<Vec<Outline>> = found(OUTLINES).map_or_else(|| Ok(Vec::new()), decode);
     let growth = found(GROWTH).map_or_else(|| Ok(Growth::default()), decode);
+    let intrinsic = damaged_in(path, "INTR", found(INTRINSIC).map_or(Ok(0.0), decode))?;
+    if !(0.0..=1.0).contains(&intrinsic) {
+        return Err(damaged(path, format!("section INTR: {intrinsic}")));
+    }
     let about: About = damaged_in(path, "ABOU", decode(about?))?;
     let counts = about.counts;
     if !counts.fit(file.len() as u64) {
@@ -188,7 +197,7 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     }
     Ok(FoliageModel {
         plant,
-        recipe: about.recipe,
+        recipe: Recipe { intrinsic, ..about.recipe },
         max_scale: about.max_scale,
         precision: about.precision,
         growth: damaged_in(path, "GROW", growth)?,

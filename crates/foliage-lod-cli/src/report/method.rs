@@ -116,6 +116,17 @@ impl Reduced<'_> {
         }
     }
 
+    /// Number of triangles of the leaves drawn.
+    pub fn triangles(&self) -> u64 {
+        match self {
+            Self::Prefix(model, count) => {
+                let drawn = &model.leaves[..*count as usize];
+                drawn.iter().map(|leaf| u64::from(leaf.indices[1] - leaf.indices[0]) / 3).sum()
+            }
+            Self::Whole(plant) => plant.leaf_triangles() as u64,
+        }
+    }
+
     /// Draw list for the software renderer.
     pub fn draw_list(&self) -> DrawList<'_> {
         match self {

@@ -8,6 +8,7 @@
 pub mod dolly;
 pub mod far;
 pub mod frames;
+mod markup;
 pub mod method;
 pub mod offline;
 pub mod page;
@@ -15,6 +16,7 @@ pub mod paper;
 #[cfg(feature = "peers")]
 pub mod peers;
 mod plot;
+pub mod rows;
 pub mod scene_costs;
 pub mod study;
 

@@ -1,12 +1,13 @@
 //! The report as one self-contained HTML page: SVG plots, embedded pictures and sortable tables.
-//! Also as CSV.
 //!
 //! Limits: the script only sorts tables; without it the page is still complete.
 
 use super::{
     far::{FarRow, Seen},
+    markup::{cell, escaped},
     offline::{LEVEL, OfflineRow},
     plot::{Line, Plot},
+    rows::{matched_table, run_time_table},
     scene_costs::Cost,
     study::{Row, Shown},
 };
@@ -68,7 +69,9 @@ pub fn html(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&st
         "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>foliage-lod report</title>\
          <style>{STYLE}</style></head><body><h1>Accuracy and cost</h1><p class=\"note\">Each method is compared \
          with the full plant at several fractions of the leaves, from 12 views that no method saw. RMSE is on \
-         the sRGB scale of 0 to 255; XOR and coverage are relative to the area of the full plant's silhouette. {}. \
+         the sRGB scale of 0 to 255; XOR and coverage are relative to the area of the full plant's silhouette. Grain \
+         is the mean absolute gradient of the luma over that of the full plant's picture: 1 is as fine, less means \
+         few large leaves in the place of many small ones, and strong edges of large leaves raise it. {}. \
          Click a column heading to sort. Green rows are on the Pareto front of the largest size: no other row of \
          that size is both cheaper (in frame time or, if no frames were timed, in leaves) and closer to the full \
          plant.</p>",
@@ -97,6 +100,7 @@ fn section(page: &mut String, report: &PlantReport) -> Result<()> {
     page.push_str("</div>");
     picture_table(page, report)?;
     run_time_table(page, &report.rows, &rows, &front);
+    matched_table(page, &rows);
     pop_table(page, &report.pops);
     far_table(page, &report.far);
     offline(page, &report.offline)
@@ -219,6 +223,13 @@ fn run_time_plots(rows: &[&Row], front: &[bool]) -> Vec<Plot<'static>> {
         plot("Silhouettes against leaves drawn", leaves, "XOR (%)", &|row| {
             [100.0 * row.level, 100.0 * row.quality.xor]
         }),
+        plot("Error at the matched size against leaves drawn", leaves, "RMSE", &|row| {
+            [100.0 * row.level, row.matched.quality.rmse]
+        }),
+        plot("Grain against leaves drawn", leaves, "grain", &|row| [100.0 * row.level, row.quality.grain]),
+        plot("Error against fragments drawn", "fragments (% of the full plant)", "RMSE", &|row| {
+            [100.0 * row.drawn.fragment_share, row.quality.rmse]
+        }),
     ];
     if rows.iter().any(|row| row.frame_seconds.is_finite()) {
         let mut timed = plot("Error against frame time", "ms per frame", "RMSE", &|row| {
@@ -274,28 +285,6 @@ fn embedded(image: &Image) -> Result<String> {
         "<img width=\"{}\" height=\"{}\" alt=\"\" src=\"data:image/png;base64,{png}\">",
         image.width, image.height
     ))
-}
-
-const HEADS: [&str; 11] =
-    ["method", "level", "leaves", "pixels", "rmse", "ssim", "flip", "coverage", "xor", "frame ms", "extraction µs"];
-
-fn run_time_table(page: &mut String, all: &[Row], rows: &[&Row], front: &[bool]) {
-    page.push_str("<details open><summary>Run time</summary><table class=\"sorts\"><thead><tr>");
-    HEADS.iter().for_each(|head| {
-        let _ = write!(page, "<th>{head}</th>");
-    });
-    page.push_str("</tr></thead><tbody>");
-    for row in all {
-        let is_front = rows.iter().zip(front).any(|(other, &is_front)| std::ptr::eq(*other, row) && is_front);
-        let q = &row.quality;
-        let _ = write!(page, "<tr{}>", if is_front { " class=\"front\"" } else { "" });
-        let _ = write!(page, "<td>{}</td>{}", escaped(&row.method), cell(100.0 * row.level, 1, " %"));
-        let _ = write!(page, "<td>{}</td><td>{}</td>{}", row.leaves, row.pixels, cell(q.rmse, 2, ""));
-        let _ = write!(page, "{}{}{}", cell(q.ssim, 4, ""), cell(q.flip, 4, ""), cell(100.0 * q.coverage, 2, " %"));
-        let _ = write!(page, "{}{}", cell(100.0 * q.xor, 2, " %"), cell(1e3 * row.frame_seconds, 2, ""));
-        let _ = write!(page, "{}</tr>", cell(1e6 * row.extraction_seconds, 1, ""));
-    }
-    page.push_str("</tbody></table></details>");
 }
 
 fn pop_table(page: &mut String, pops: &[(String, f64)]) {
@@ -410,53 +399,14 @@ fn offline(page: &mut String, rows: &[OfflineRow]) -> Result<()> {
     Ok(())
 }
 
-/// Table cell with a rounded number, and the exact one for sorting; empty if it was not measured.
-fn cell(value: f64, digits: usize, unit: &str) -> String {
-    if value.is_nan() {
-        return "<td data-value=\"-1\"></td>".into();
-    }
-    format!("<td data-value=\"{value}\">{value:.digits$}{unit}</td>")
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// All rows as comma-separated values, with a header; numbers that were not measured are empty.
-pub fn csv(reports: &[PlantReport]) -> String {
-    let mut csv =
-        String::from("plant,method,level,leaves,pixels,rmse,ssim,flip,coverage,xor,frame_seconds,extraction_seconds\n");
-    for row in reports.iter().flat_map(|report| &report.rows) {
-        let q = &row.quality;
-        let numbers = [q.rmse, q.ssim, q.flip, q.coverage, q.xor, row.frame_seconds, row.extraction_seconds];
-        let numbers = numbers.map(|value| if value.is_nan() { String::new() } else { format!("{value}") }).join(",");
-        let names = [&row.plant, &row.method].map(|name| quoted(name)).join(",");
-        let _ = writeln!(csv, "{names},{},{},{},{numbers}", row.level, row.leaves, row.pixels);
-    }
-    csv
-}
-
-/// Quotes a field as in RFC 4180.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::rows::tests::test_row, *};
     use foliage_lod::measure::Quality;
 
     fn row(frame_seconds: f64, rmse: f64) -> Row {
-        Row {
-            plant: "a, \"b\"".into(),
-            method: "<m>".into(),
-            level: 0.5,
-            leaves: 10,
-            pixels: 64,
-            quality: Quality { rmse, ssim: 0.5, flip: f64::NAN, coverage: 0.0, xor: 0.0 },
-            frame_seconds,
-            extraction_seconds: f64::NAN,
-        }
+        let row = test_row();
+        Row { frame_seconds, quality: Quality { rmse, ..row.quality }, ..row }
     }
 
     #[test]
@@ -484,7 +434,5 @@ mod tests {
         let page = html(&reports, &[], Some("<a>")).unwrap();
         assert!(["<p>:", "<m>", "<a>"].iter().all(|name| !page.contains(name)), "{page}");
         assert!(page.contains("-5.0 %"), "the CPU covers 190 of 200 pixels");
-        let csv = csv(&reports);
-        assert!(csv.lines().nth(1).unwrap().starts_with("\"a, \"\"b\"\"\",<m>,0.5,10,64,2,0.5,,0,0,1,"), "{csv}");
     }
 }

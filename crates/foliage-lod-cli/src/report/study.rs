@@ -9,10 +9,12 @@ use foliage_lod::{
     Error, LookAt, Plant, Result,
     bounds::Aabb,
     gpu::{GpuDevice, guarded},
-    measure::{self, Quality, Reference, measured, pictures},
-    software::{DrawList, DrawOptions, Image, Painter, mean_color},
+    measure::{self, Quality, Reference, matched_px, measured, pictures},
+    software::{DrawList, DrawOptions, Image, Painter, leaf_fragments, mean_color},
 };
 use glam::DVec3;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, btree_map::Entry};
 
 /// Direction from the plant to the camera of the shown pictures: in front, a little to the right
 /// and above.
@@ -29,15 +31,42 @@ pub struct Row {
     pub level: f64,
     /// Leaves drawn.
     pub leaves: u32,
+    /// What is drawn.
+    pub drawn: Drawn,
     /// Side of the pictures in pixels; the full plant fills them.
     pub pixels: u32,
     /// Mean quality over the held-out views.
     pub quality: Quality,
+    /// Mean quality at the level's matched size.
+    pub matched: Matched,
     /// Median frame time; NaN if not measured.
     pub frame_seconds: f64,
     /// Median time of extraction from all leaves to this many, on one core; NaN if the method does
     /// not extract.
     pub extraction_seconds: f64,
+}
+
+/// What is drawn of the leaves, as fractions of the full plant's. Half of the leaves are more than
+/// half of the cost if they have more triangles than the others, or are larger.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drawn {
+    /// Triangles of leaves drawn.
+    pub triangles: u64,
+    /// Leaves drawn, over the full plant's.
+    pub leaf_share: f64,
+    /// Triangles of leaves, over the full plant's.
+    pub triangle_share: f64,
+    /// [Fragments](leaf_fragments) of leaves over all held-out views, over the full plant's.
+    pub fragment_share: f64,
+}
+
+/// Mean quality over the held-out views at the [matched size](matched_px).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Matched {
+    /// Side of the pictures in pixels; the full plant fills them.
+    pub pixels: u32,
+    /// Compared with the full plant at the same size.
+    pub quality: Quality,
 }
 
 /// A picture for the picture table.
@@ -78,6 +107,10 @@ pub struct Study<'a> {
     crown: Aabb,
     /// Pictures of the full plant from all cameras, for each size.
     references: Vec<Reference>,
+    /// Pictures at the matched sizes that were asked for, by their sides.
+    matched: BTreeMap<u32, Reference>,
+    /// Fragments of the full plant's leaves from all cameras, for each size.
+    fragments: Vec<u64>,
 }
 
 impl<'a> Study<'a> {
@@ -88,9 +121,12 @@ impl<'a> Study<'a> {
     pub fn new(plant: &'a Plant, options: &'a StudyOptions) -> Result<Self> {
         let references = options.sizes.iter().map(|&side| Reference::new(plant, side)).collect::<Result<_>>()?;
         let cameras = measure::cameras(&plant.sphere());
-        let crown = DrawList::of_plant(plant).crown;
+        let list = DrawList::of_plant(plant);
+        let crown = list.crown;
+        let count = |&side: &u32| fragments(&list, &cameras, side);
+        let fragments = options.sizes.iter().map(count).collect::<Result<_>>()?;
         let front = LookAt::framing(&plant.sphere(), FRONT, measure::FOV_Y, 1.0);
-        Ok(Self { plant, options, cameras, front, crown, references })
+        Ok(Self { plant, options, cameras, front, crown, references, matched: BTreeMap::new(), fragments })
     }
 
     /// Mean shaded colour of the leaves, linear, over the held-out views.
@@ -112,13 +148,36 @@ impl<'a> Study<'a> {
         self.references[size].quality(&sample.reduced.painter()?, sample.reduced.draw_list(), sample.tone)
     }
 
+    /// Quality of `sample` at the matched size of `level`.
+    fn matched(&mut self, sample: &Sample<'_>, level: f64) -> Result<Matched> {
+        let pixels = matched_px(level);
+        let reference = match self.matched.entry(pixels) {
+            Entry::Occupied(drawn) => drawn.into_mut(),
+            Entry::Vacant(missing) => missing.insert(Reference::new(self.plant, pixels)?),
+        };
+        let quality = reference.quality(&sample.reduced.painter()?, sample.reduced.draw_list(), sample.tone)?;
+        Ok(Matched { pixels, quality })
+    }
+
+    /// What `sample` draws, at the size with index `size`.
+    fn drawn(&self, sample: &Sample<'_>, size: usize) -> Result<Drawn> {
+        let triangles = sample.reduced.triangles();
+        let fragments = fragments(&sample.reduced.draw_list(), &self.cameras, self.options.sizes[size])?;
+        Ok(Drawn {
+            triangles,
+            leaf_share: f64::from(sample.reduced.leaves()) / self.plant.leaves.len() as f64,
+            triangle_share: triangles as f64 / self.plant.leaf_triangles() as f64,
+            fragment_share: fragments as f64 / self.fragments[size] as f64,
+        })
+    }
+
     /// All rows of a method. Times are measured at the largest size and NaN at the others. Frame
     /// times are also NaN without a device, after the device has failed, and for models that do not
     /// fit on it.
     ///
     /// # Errors
     /// Errors from the software renderer.
-    pub fn rows(&self, method: &Method, gpu: Option<&GpuDevice>) -> Result<Vec<Row>> {
+    pub fn rows(&mut self, method: &Method, gpu: Option<&GpuDevice>) -> Result<Vec<Row>> {
         let mut rows = Vec::new();
         let largest = self.options.sizes.iter().copied().max().unwrap_or(0);
         let mut times = gpu.and_then(|gpu| guarded(|| FrameTimes::new(gpu, largest)).ok());
@@ -137,14 +196,17 @@ impl<'a> Study<'a> {
                 Reduced::Prefix(model, count) => extraction_seconds(model, count),
                 Reduced::Whole(_) => f64::NAN,
             };
+            let matched = self.matched(&sample, level)?;
             for (size, &pixels) in self.options.sizes.iter().enumerate() {
                 rows.push(Row {
                     plant: self.plant.name.clone(),
                     method: method.name.clone(),
                     level,
                     leaves: sample.reduced.leaves(),
+                    drawn: self.drawn(&sample, size)?,
                     pixels,
                     quality: self.quality(&sample, size)?,
+                    matched,
                     frame_seconds: if pixels == largest { frame_seconds } else { f64::NAN },
                     extraction_seconds: if pixels == largest { extraction_seconds } else { f64::NAN },
                 });
@@ -199,4 +261,10 @@ impl<'a> Study<'a> {
             &DrawOptions::default(),
         )
     }
+}
+
+/// Fragments of the leaves of `list` in square pictures from all cameras.
+fn fragments(list: &DrawList<'_>, cameras: &[LookAt], side: u32) -> Result<u64> {
+    let counts = cameras.par_iter().map(|camera| leaf_fragments(list, &camera.camera(side), [side; 2]));
+    Ok(counts.collect::<Result<Vec<u64>>>()?.into_iter().sum())
 }

@@ -59,11 +59,12 @@ const FLAGS: [(&str, &str); 6] = [
     ("VertexColors::Ignore", "--vertex-colors ignore"),
 ];
 /// Library fields whose flag is the same name, spelled with dashes.
-const FIELDS: [&str; 13] = [
+const FIELDS: [&str; 14] = [
     "alpha_cutoff",
     "group",
     "leaves",
     "lod",
+    "intrinsic",
     "max_scale",
     "output",
     "plant",

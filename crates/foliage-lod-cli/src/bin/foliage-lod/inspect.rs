@@ -138,8 +138,12 @@ fn tell_model(file: &ModelFile) -> Result<(), Failure> {
     let leaves = model.leaves.len();
     tell_counts("model", &model.name, leaves, model.leaf_triangles(), model.wood.triangles())?;
     let recipe = &model.recipe;
+    let intrinsic = match recipe.intrinsic {
+        0.0 => String::new(),
+        cost => format!(" with intrinsic cost {cost}"),
+    };
     output::line(format_args!(
-        "made with: preset {}, criterion {}, compensate {}, {} views of {5} x {5} on {4}",
+        "made with: preset {}, criterion {}{intrinsic}, compensate {}, {} views of {5} x {5} on {4}",
         recipe.preset,
         recipe.criterion,
         recipe.compensate,

@@ -72,6 +72,7 @@ pub fn recipe_json(recipe: &Recipe) -> Value {
         "resolution": recipe.resolution,
         "views": recipe.views,
         "background": recipe.background,
+        "intrinsic": recipe.intrinsic,
         "raster": recipe.raster,
         "adapter": recipe.adapter,
     })

@@ -22,6 +22,7 @@ use foliage_lod_cli::report::{
     far::{self, FarRow},
     offline::{self, OfflineRow},
     page::{self, PlantReport, SceneReport},
+    rows,
     study::Row,
 };
 use indicatif::HumanCount;
@@ -87,7 +88,7 @@ fn study(
     gpu: Option<&GpuDevice>,
     steps: &mut Steps,
 ) -> std::result::Result<PlantReport, Failure> {
-    let study = spinning("drawing", || Study::new(plant, options))?;
+    let mut study = spinning("drawing", || Study::new(plant, options))?;
     let mut offline = Vec::new();
     let mut methods = Vec::new();
     for preset in offline::presets() {
@@ -178,7 +179,7 @@ fn tell_rows(method: &Method, rows: &[Row], pop: f64, steps: &mut Steps) -> std:
 }
 
 fn write(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>, folder: &Path) -> Result<()> {
-    write_whole(folder.join("report.csv"), page::csv(reports).as_bytes())?;
+    write_whole(folder.join("report.csv"), rows::csv(reports.iter().flat_map(|report| &report.rows)).as_bytes())?;
     write_whole(folder.join("report.json"), json(reports, scenes, adapter).to_string().as_bytes())?;
     write_whole(folder.join("report.html"), page::html(reports, scenes, adapter)?.as_bytes())
 }
@@ -215,18 +216,30 @@ fn json_far(plant: &str, row: &FarRow) -> Value {
 }
 
 fn json_row(row: &Row) -> Value {
-    let quality = &row.quality;
+    let (quality, drawn, matched) = (&row.quality, &row.drawn, &row.matched);
     json!({
         "plant": row.plant,
         "method": row.method,
         "level": row.level,
         "leaves": row.leaves,
+        "triangles": drawn.triangles,
+        "leaf_share": drawn.leaf_share,
+        "triangle_share": drawn.triangle_share,
+        "fragment_share": drawn.fragment_share,
         "pixels": row.pixels,
         "rmse": quality.rmse,
         "ssim": quality.ssim,
         "flip": quality.flip,
         "coverage": quality.coverage,
         "xor": quality.xor,
+        "grain": quality.grain,
+        "matched_pixels": matched.pixels,
+        "matched_rmse": matched.quality.rmse,
+        "matched_ssim": matched.quality.ssim,
+        "matched_flip": matched.quality.flip,
+        "matched_coverage": matched.quality.coverage,
+        "matched_xor": matched.quality.xor,
+        "matched_grain": matched.quality.grain,
         "frame_seconds": row.frame_seconds,
         "extraction_seconds": row.extraction_seconds,
     })
@@ -247,5 +260,6 @@ fn json_offline(row: &OfflineRow) -> Value {
         "ssim": row.quality.ssim,
         "coverage": row.quality.coverage,
         "xor": row.quality.xor,
+        "grain": row.quality.grain,
     })
 }
