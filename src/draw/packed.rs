@@ -195,13 +195,12 @@ fn largest_color(vertices: &[LeafVertex]) -> Vec3 {
 mod tests {
     use super::{
         super::records::{LEAST_WIDTH, NO_NORMAL, WIDTH_STEPS},
-        bits::unfolded,
         *,
     };
     use crate::{
         Plant,
         leaf::Vertex,
-        model::{FoliageModel, Prune, Recipe},
+        model::{FoliageModel, Prune, Recipe, octahedral},
         plant::WoodPart,
         random::Random,
     };
@@ -248,8 +247,8 @@ mod tests {
     }
 
     fn normal_of(bits: u32) -> Vec3 {
-        let byte = |shift: u32| f32::from((bits >> shift) as u8 as i8) / f32::from(i8::MAX);
-        if bits == NO_NORMAL { Vec3::ZERO } else { unfolded(Vec2::new(byte(0), byte(8))) }
+        let byte = |shift: u32| i32::from((bits >> shift) as u8 as i8);
+        if bits == NO_NORMAL { Vec3::ZERO } else { octahedral::decode([byte(0), byte(8)], 8).into() }
     }
 
     /// A corner as the shader reads it: position, normal, texture coordinates, colour.

@@ -9,7 +9,7 @@
 mod assemble;
 pub(crate) mod format;
 mod grid;
-mod octahedral;
+pub(crate) mod octahedral;
 mod quantize;
 mod timeline;
 mod validate;

@@ -1,8 +1,8 @@
 //! Numbers of corners in a few bits each.
 
 use super::super::records::{LEAST_WIDTH, LookRecord, NO_NORMAL, TRIMMED_CORNERS, WIDTH_STEPS};
-use crate::plant::Outline;
-use glam::{Vec2, Vec3};
+use crate::{model::octahedral, plant::Outline};
+use glam::Vec3;
 
 /// A width in steps as 15 bits of its logarithm, and its sign; the largest for an infinite one.
 pub(super) fn width_bits(steps: f32) -> u32 {
@@ -31,28 +31,12 @@ pub(super) fn uv_bits(uv: [f32; 2], look: &LookRecord) -> u32 {
     u32::from(u) | u32::from(v) << 16
 }
 
-/// A direction folded onto an octahedron, with 8 bits each for x and y: of the roundings, the one
-/// nearest to it. After Z. H. Cigolle, S. Donow, D. Evangelakos, M. Mara, M. McGuire and Q. Meyer,
-/// *A Survey of Efficient Representations for Independent Unit Vectors* (2014).
+/// A direction folded onto an octahedron, with 8 bits each for x and y; `normal_of` in
+/// `packing.wgsl` reads it.
 pub(super) fn normal_bits(normal: [f32; 3]) -> u32 {
-    let normal = Vec3::from(normal).normalize_or_zero();
-    if normal == Vec3::ZERO {
+    if Vec3::from(normal).normalize_or_zero() == Vec3::ZERO {
         return NO_NORMAL;
     }
-    let on_plane = normal.truncate() / normal.abs().element_sum();
-    let sign = |x: f32| if x < 0.0 { -1.0 } else { 1.0 };
-    let folded = Vec2::new((1.0 - on_plane.y.abs()) * sign(normal.x), (1.0 - on_plane.x.abs()) * sign(normal.y));
-    let steps = if normal.z < 0.0 { folded } else { on_plane } * f32::from(i8::MAX);
-    let roundings = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|up| (steps.floor() + up).min(Vec2::splat(127.0)));
-    let of = |steps: &Vec2| unfolded(*steps / f32::from(i8::MAX)).dot(normal);
-    let best = roundings.into_iter().max_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or_default();
-    u32::from(best.x as i8 as u8) | u32::from(best.y as i8 as u8) << 8
-}
-
-/// Direction of a point on the octahedron; twin of `normal_of` in `packing.wgsl`.
-pub(super) fn unfolded(at: Vec2) -> Vec3 {
-    let z = 1.0 - at.x.abs() - at.y.abs();
-    let back = (-z).max(0.0);
-    let folded = |x: f32| if x < 0.0 { x + back } else { x - back };
-    Vec3::new(folded(at.x), folded(at.y), z).normalize_or_zero()
+    let [x, y] = octahedral::encode(normal, 8).map(|code| u32::from(code as i8 as u8));
+    x | y << 8
 }
