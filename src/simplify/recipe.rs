@@ -85,8 +85,10 @@ pub fn simplify(
     source: &mut dyn FragmentSource,
     observer: &mut dyn Observer,
 ) -> Result<Simplified> {
-    let plant = &checked(plant, options)?;
-    let (prunes, fragments, seconds) = in_pool(plant, options, source, observer)?;
+    let mut plant = checked(plant, options)?;
+    let (prunes, fragments, seconds) = in_pool(&plant, options, source, observer)?;
+    // So that models find leaves of the same shape.
+    plant.sort_by_uv();
     let adapter = source.adapter();
     let recipe = Recipe {
         preset: options.preset.clone(),
@@ -98,7 +100,7 @@ pub fn simplify(
         raster: if adapter.is_some() { "gpu" } else { "cpu" }.into(),
         adapter,
     };
-    Ok(Simplified { model: FoliageModel::assemble(plant, &prunes, recipe)?, fragments, seconds })
+    Ok(Simplified { model: FoliageModel::assemble(&plant, &prunes, recipe)?, fragments, seconds })
 }
 
 /// Returns only the prunings, in order, one fewer than there are leaves, with the number of
