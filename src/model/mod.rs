@@ -7,16 +7,20 @@
 //! of any leaf at any active count without keeping state.
 
 mod assemble;
+mod copies;
 pub(crate) mod format;
 mod grid;
 pub(crate) mod octahedral;
+mod precision;
 mod quantize;
+mod shapes;
 mod timeline;
 mod validate;
 
 pub use assemble::Prune;
+pub use copies::{LeafCopy, Turn};
 pub use format::{MAGIC, MAX_FILE_BYTES, ModelFile, Part, VERSION};
-pub use quantize::Precision;
+pub use precision::Precision;
 pub use timeline::{Timeline, Transition};
 
 use crate::{
@@ -121,6 +125,10 @@ pub struct FoliageModel {
     pub max_scale: f32,
     /// How far the numbers may be from those of the plant that was simplified.
     pub precision: Precision,
+    /// Leaves that the file stores as copies of others, in drawing order; found by
+    /// [`quantize`](FoliageModel::quantize). They change the size of the file alone: those that do
+    /// not give the vertices of their leaf bit for bit are ignored.
+    pub copies: Vec<LeafCopy>,
 }
 
 impl Deref for FoliageModel {

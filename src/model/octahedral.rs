@@ -12,6 +12,8 @@ use glam::DVec3;
 pub(super) const MAX_BITS: u8 = 16;
 /// Bits per coordinate of a quantised normal.
 pub(super) const NORMAL_BITS: u8 = 10;
+/// Bits per coordinate of a normal that others are made from.
+pub(super) const FINE_NORMAL_BITS: u8 = 16;
 
 /// Largest code of a coordinate; the smallest is its negative.
 fn most(bits: u8) -> f64 {

@@ -32,10 +32,11 @@ fn read_model(bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Small models with and without wood and texture, down to one leaf.
-fn models() -> [FoliageModel; 3] {
+/// Small models with and without wood and texture, down to one leaf, and one of leaves that repeat
+/// two shapes.
+fn models() -> [FoliageModel; 4] {
     let options = SimplifyOptions { resolution: 16, threads: 1, ..SimplifyOptions::paper() };
-    let plants = [plants::masked(12, 1), plants::with_wood(9, 2), plants::quads(1, 1.0, 3)];
+    let plants = [plants::masked(12, 1), plants::with_wood(9, 2), plants::quads(1, 1.0, 3), plants::repeated(40, 4)];
     plants.map(|plant| simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model)
 }
 
@@ -43,6 +44,7 @@ fn models() -> [FoliageModel; 3] {
 fn model_files() -> Vec<Vec<u8>> {
     let quantized = models().map(|mut model| {
         model.quantize();
+        assert_eq!(model.copies.len(), if model.leaves.len() == 40 { 38 } else { 0 });
         model.plant.outlines = vec![outline(); 2];
         model
     });
@@ -169,7 +171,7 @@ fn damaged_sections_of_version_1_under_a_fitting_head_are_refused_or_sound() {
 fn every_prefix_of_a_models_file_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("prefix.vds");
-    for model in [&model_files()[0], &model_files()[3], &old_files()[0]] {
+    for model in [&model_files()[0], &model_files()[4], &old_files()[0]] {
         std::fs::write(&path, model).unwrap();
         let file = std::fs::File::options().write(true).open(&path).unwrap();
         assert!(FoliageModel::read(&path).is_ok());
@@ -203,7 +205,7 @@ fn every_flipped_bit_of_a_model_is_refused_or_sound_with_and_without_a_fitting_c
         let crc = crc32fast::hash(&flipped[version1::CHECKED_FROM..]);
         flipped[12..version1::CHECKED_FROM].copy_from_slice(&crc.to_le_bytes());
     });
-    for new in [&model_files()[2], &model_files()[5]] {
+    for new in [&model_files()[2], &model_files()[6]] {
         let sections = version2::Sections::of(new);
         assert_eq!(&sections.file(), new);
         let length: usize = sections.0.iter().map(|section| section.bytes.len()).sum();
