@@ -5,14 +5,14 @@
 //! and returning, in 2,000 frames. After each case the medians are printed as costs per frame and
 //! per changed leaf.
 
+mod common;
+
 use criterion::Criterion;
 use foliage_lod::{
     Camera, Depth, FoliageModel, Grove, Swap, Timeline,
     bounds::Sphere,
     extract::{Blend, LodPolicy, REFERENCE_FOV_Y, Sight, leaf_count},
-    grow::{GrowOptions, Species, grow},
     scene::{Kind, Placement},
-    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
 };
 use glam::{
     DAffine3, DMat4, DVec3,
@@ -28,10 +28,7 @@ const TREES: usize = 1000;
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    // Same rule as criterion: `cargo bench` passes `--bench`, `cargo test --benches` does not.
-    let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
-    let as_test = has("--test") || !has("--bench");
-    let model = oak(as_test.then_some(300));
+    let model = common::oak();
     let leaves = model.leaves.len();
     dolly(&mut criterion, &model);
     measure(&mut criterion, "0 to N", leaves, "leaf", {
@@ -46,15 +43,6 @@ fn main() {
     lookup(&mut criterion, &model);
     grove(&mut criterion, &model);
     criterion.final_summary();
-}
-
-/// The embedded oak, simplified with low-resolution views: these benchmarks depend on the chains
-/// and targets of leaves, hardly on the exact pruning order.
-fn oak(leaves: Option<u32>) -> FoliageModel {
-    let species = Species::embedded("english-oak").expect("an embedded species");
-    let plant = grow(&species, &GrowOptions { leaves, ..GrowOptions::default() }).expect("embedded species grow");
-    let options = SimplifyOptions { resolution: 128, ..SimplifyOptions::paper() };
-    simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).expect("the plant is sound").model
 }
 
 /// Active counts of a dolly from 3 to 60 radii and back.

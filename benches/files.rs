@@ -2,19 +2,14 @@
 //!
 //! `cargo bench --bench files`. The sizes of the files are printed.
 
+mod common;
+
 use criterion::Criterion;
-use foliage_lod::{
-    FoliageModel,
-    grow::{GrowOptions, Species, grow},
-    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
-};
+use foliage_lod::FoliageModel;
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    // Same rule as criterion: `cargo bench` passes `--bench`, `cargo test --benches` does not.
-    let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
-    let leaves = (has("--test") || !has("--bench")).then_some(300);
-    let exact = oak(leaves);
+    let exact = common::oak();
     let mut packed = exact.clone();
     packed.quantize();
     let mut group = criterion.benchmark_group("files");
@@ -27,12 +22,4 @@ fn main() {
     }
     group.finish();
     criterion.final_summary();
-}
-
-/// The embedded oak, simplified with low-resolution views.
-fn oak(leaves: Option<u32>) -> FoliageModel {
-    let species = Species::embedded("english-oak").expect("an embedded species");
-    let plant = grow(&species, &GrowOptions { leaves, ..GrowOptions::default() }).expect("embedded species grow");
-    let options = SimplifyOptions { resolution: 128, ..SimplifyOptions::paper() };
-    simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).expect("the plant is sound").model
 }

@@ -5,14 +5,15 @@
 //! mixes three species, as in a wood; the camera moves forward between two frames. After the
 //! benchmark the medians of all parts are printed.
 
+mod common;
+
 use criterion::{Criterion, SamplingMode};
 use foliage_lod::{
     Camera, FoliageModel, FoliageRenderer, Grove, Instance, Look, LookAt,
     extract::CookLambda,
     gpu::{GpuDevice, GpuOptions, TARGET},
-    grow::{GrowOptions, Species, grow},
     scene::{Kind, Placement},
-    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
+    simplify::SimplifyOptions,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use std::time::{Duration, Instant};
@@ -27,15 +28,12 @@ const FRAMES: usize = 100;
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    // Same rule as criterion: `cargo bench` passes `--bench`, `cargo test --benches` does not.
-    let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
-    let as_test = has("--test") || !has("--bench");
     let gpu = match GpuDevice::new(&GpuOptions::from_env()) {
         Ok(gpu) => gpu,
         Err(error) => return println!("skipped: {error}"),
     };
     println!("on {}", gpu.adapter_name());
-    let (plants, leaves) = if as_test { (1000, 30) } else { (PLANTS, LEAVES) };
+    let (plants, leaves) = if common::as_test() { (1000, 30) } else { (PLANTS, LEAVES) };
     let mut forest = Forest::new(&gpu, &SPECIES.map(|species| model(species, leaves)), plants);
     let mut parts = [const { Vec::new() }; 3];
     let mut group = criterion.benchmark_group("listing");
@@ -51,17 +49,14 @@ fn main() {
         });
     });
     group.finish();
-    let [select, copy, prepare] = parts.map(median_ms);
+    let [select, copy, prepare] = parts.map(|times| common::median_ms(times).unwrap_or(f64::NAN));
     println!("{plants} plants: {select:.2} ms to select, {copy:.2} ms to copy, {prepare:.2} ms to prepare");
     criterion.final_summary();
 }
 
 fn model(species: &str, leaves: u32) -> FoliageModel {
-    let species = Species::embedded(species).expect("an embedded species");
-    let options = GrowOptions { leaves: Some(leaves), ..GrowOptions::default() };
-    let plant = grow(&species, &options).expect("embedded species grow");
     let options = SimplifyOptions { resolution: 64, ..SimplifyOptions::fast() };
-    simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).expect("the plant is sound").model
+    common::simplified(&common::plant(species, Some(leaves)), &options)
 }
 
 /// A forest on a jittered grid, all of it in view.
@@ -142,9 +137,4 @@ impl Forest {
         gpu.wait(submission, Duration::from_secs(60)).expect("the device answers");
         [selected, copied - selected, whole - copied]
     }
-}
-
-fn median_ms(mut times: Vec<Duration>) -> f64 {
-    times.sort_unstable();
-    times.get(times.len() / 2).map_or(f64::NAN, |time| time.as_secs_f64() * 1e3)
 }

@@ -5,12 +5,13 @@
 //! adapter that `GpuOptions::from_env` selects. Both kinds of frame alternate within each sample,
 //! so that the printed ratio compares like with like.
 
+mod common;
+
 use criterion::{Criterion, SamplingMode};
 use foliage_lod::{
     FoliageModel, FoliageRenderer, Instance, Look, LookAt, Swap,
     gpu::{GpuDevice, GpuOptions, Offscreen, TARGET},
-    grow::{GrowOptions, Species, grow},
-    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
+    simplify::SimplifyOptions,
 };
 use glam::{DAffine3, DVec3};
 use std::time::{Duration, Instant};
@@ -20,15 +21,12 @@ const SHARES: [f32; 3] = [1.0, 0.5, 0.15];
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    // Same rule as criterion: `cargo bench` passes `--bench`, `cargo test --benches` does not.
-    let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
-    let as_test = has("--test") || !has("--bench");
     let gpu = match GpuDevice::new(&GpuOptions::from_env()) {
         Ok(gpu) => gpu,
         Err(error) => return println!("skipped: {error}"),
     };
     println!("on {}", gpu.adapter_name());
-    let model = oak(as_test.then_some(300));
+    let model = oak();
     for share in SHARES {
         bench(&mut criterion, &gpu, &model, share);
     }
@@ -40,13 +38,11 @@ fn camera(model: &FoliageModel) -> LookAt {
     LookAt::framing(&model.sphere(), DVec3::new(0.4, 0.2, 1.0), 0.8, 1.0).with_aspect(aspect)
 }
 
-fn oak(leaves: Option<u32>) -> FoliageModel {
-    let species = Species::embedded("english-oak").expect("an embedded species");
-    let mut plant = grow(&species, &GrowOptions { leaves, ..GrowOptions::default() }).expect("embedded species grow");
+fn oak() -> FoliageModel {
+    let mut plant = common::plant("english-oak", common::as_test().then_some(300));
     // Leaves only: the wood costs the same either way.
     plant.wood = Default::default();
-    let options = SimplifyOptions { resolution: 128, ..SimplifyOptions::paper() };
-    simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).expect("the plant is sound").model
+    common::simplified(&plant, &SimplifyOptions { resolution: 128, ..SimplifyOptions::paper() })
 }
 
 fn bench(criterion: &mut Criterion, gpu: &GpuDevice, model: &FoliageModel, share: f32) {
@@ -79,15 +75,10 @@ fn bench(criterion: &mut Criterion, gpu: &GpuDevice, model: &FoliageModel, share
         });
     });
     group.finish();
-    if let (Some(timeline), Some(plain)) = (median_ms(&mut timeline), median_ms(&mut plain)) {
+    if let (Some(timeline), Some(plain)) = (common::median_ms(timeline), common::median_ms(plain)) {
         let ratio = timeline / plain;
         println!(
             "{active} leaves: {timeline:.2} ms from the timeline, {plain:.2} ms from plain scales, ratio {ratio:.3}"
         );
     }
-}
-
-fn median_ms(times: &mut [Duration]) -> Option<f64> {
-    times.sort_unstable();
-    times.get(times.len() / 2).map(|time| time.as_secs_f64() * 1e3)
 }

@@ -4,10 +4,11 @@
 //! `cargo bench --bench simplify` measures all cases, `cargo bench --bench simplify -- oak/256` one
 //! of them. After each case the ratio of the medians and the peak memory (Linux) are printed.
 
+mod common;
+
 use criterion::{Criterion, SamplingMode};
 use foliage_lod::{
     Plant,
-    grow::{GrowOptions, Species, grow},
     simplify::{CpuFragments, Quiet, SimplifyOptions, order, rasterise_all},
 };
 use std::time::{Duration, Instant};
@@ -24,12 +25,9 @@ const CASES: [(&str, Option<u32>, u32); 6] = [
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    // Same rule as criterion: `cargo bench` passes `--bench`, `cargo test --benches` does not.
-    let has = |wanted: &str| std::env::args().any(|argument| argument == wanted);
-    let as_test = has("--test") || !has("--bench");
     for (species, leaves, resolution) in CASES {
         // As a test, every case runs once on a small input.
-        let (leaves, resolution) = if as_test { (Some(300), 64) } else { (leaves, resolution) };
+        let (leaves, resolution) = if common::as_test() { (Some(300), 64) } else { (leaves, resolution) };
         let name = format!("simplify/{species}{}/{resolution}", leaves.map_or(String::new(), |n| format!("-{n}")));
         bench(&mut criterion, &name, species, leaves, resolution);
     }
@@ -43,7 +41,7 @@ fn bench(criterion: &mut Criterion, name: &str, species: &str, leaves: Option<u3
     let mut group = criterion.benchmark_group("paper");
     group.sample_size(10).sampling_mode(SamplingMode::Flat).warm_up_time(Duration::from_millis(1));
     group.bench_function(name, |bencher| {
-        let plant = plant.get_or_insert_with(|| grown(species, leaves));
+        let plant = plant.get_or_insert_with(|| common::plant(species, leaves));
         bencher.iter_custom(|iterations| {
             let started = Instant::now();
             for _ in 0..iterations {
@@ -58,8 +56,8 @@ fn bench(criterion: &mut Criterion, name: &str, species: &str, leaves: Option<u3
         });
     });
     group.finish();
-    if let (Some(once), Some(whole), Some(plant)) = (median(&mut once), median(&mut whole), plant) {
-        let leaves = plant.leaves.len();
+    if let (Some(once), Some(whole), Some(plant)) = (common::median_ms(once), common::median_ms(whole), plant) {
+        let (leaves, once, whole) = (plant.leaves.len(), 1e-3 * once, 1e-3 * whole);
         println!(
             "{name}: {leaves} leaves, {whole:.2} s in total, {once:.3} s to rasterise once, ratio {:.1}, {:.0} us per leaf, peak {} MiB",
             whole / once,
@@ -67,16 +65,6 @@ fn bench(criterion: &mut Criterion, name: &str, species: &str, leaves: Option<u3
             peak_megabytes().map_or("?".into(), |peak| peak.to_string()),
         );
     }
-}
-
-fn grown(species: &str, leaves: Option<u32>) -> Plant {
-    let species = Species::embedded(species).expect("an embedded species");
-    grow(&species, &GrowOptions { leaves, ..GrowOptions::default() }).expect("embedded species grow")
-}
-
-fn median(times: &mut [Duration]) -> Option<f64> {
-    times.sort_unstable();
-    times.get(times.len() / 2).map(Duration::as_secs_f64)
 }
 
 /// Peak memory of the process so far, in MiB; `None` on systems other than Linux.

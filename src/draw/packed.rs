@@ -14,28 +14,24 @@
 //! degree; texture coordinates 1/65535 of a power of two at least as large as their range, 1/16384
 //! for wood; colours of leaves half a step of 255 of their square root.
 
+mod bits;
+mod grid;
+mod looks;
+
 use super::{
     quads::Quads,
     records::{
-        CrownRecord, Event, LEAST_WIDTH, LeafVertex, LookRecord, NO_EXTRA, NO_NORMAL, PackedCorner, PackedLeaf,
-        PackedWood, PackingRecord, TRIMMED_CORNERS, WIDTH_STEPS, WoodVertex,
+        CrownRecord, Event, LeafVertex, LookRecord, NO_EXTRA, PackedCorner, PackedLeaf, PackedWood, PackingRecord,
+        TRIMMED_CORNERS, WoodVertex,
     },
     upload::Upload,
 };
-use crate::{bounds::Aabb, plant::Outline};
-use glam::{DVec3, Vec2, Vec3};
-use std::collections::HashMap;
+use crate::bounds::Aabb;
+use bits::{color_bits, normal_bits, outline_bits, uv_bits, width_bits};
+use glam::{Vec2, Vec3};
+use grid::Grid;
+use looks::{Looks, look, unit_of_length, wood_look};
 
-/// Steps of a grid along each axis that one look covers.
-const STEPS: f64 = 65536.0;
-/// Largest number of origins along an axis; beyond it the steps grow.
-const ORIGINS: f64 = 256.0;
-/// Steps of pivots over the reach of the median leaf.
-const PIVOT_STEPS: f64 = 64.0;
-/// Range of texture coordinates that one look of the wood covers.
-const WOOD_UV: f32 = 4.0;
-/// Origins along the longest axis of the wood.
-const WOOD_ORIGINS: f64 = 4.0;
 /// Looks that a leaf's record can hold.
 const FEW_LOOKS: usize = 256;
 /// Looks that a vertex of the wood can hold beside the width of its stem.
@@ -168,58 +164,6 @@ impl Packed {
     }
 }
 
-/// The look of a vertex of the wood, without the stem's width.
-fn wood_look(origin: Vec3, vertex: &WoodVertex) -> LookRecord {
-    LookRecord {
-        origin: origin.to_array(),
-        material: vertex.material,
-        color: vertex.color,
-        size: 0.0,
-        uv_low: ((Vec2::from(vertex.uv) / WOOD_UV).floor() * WOOD_UV).to_array(),
-        uv_size: [WOOD_UV; 2],
-        shown: [1.0; 2],
-        outline: NO_EXTRA,
-        padding: 0,
-    }
-}
-
-/// A width in steps as 15 bits of its logarithm, and its sign; the largest for an infinite one.
-fn width_bits(steps: f32) -> u32 {
-    let code = ((steps.abs().log2() - LEAST_WIDTH) * WIDTH_STEPS).round().clamp(0.0, f32::from(i16::MAX));
-    code as u32 | u32::from(steps.is_sign_negative()) << 15
-}
-
-/// The look of a leaf whose corners have the texture coordinates `uvs`.
-fn look(
-    origin: Vec3,
-    material: u32,
-    color: Vec3,
-    size: f32,
-    uvs: impl Iterator<Item = Vec2> + Clone,
-    shown: [f32; 2],
-) -> LookRecord {
-    let low = uvs.clone().reduce(Vec2::min).unwrap_or_default().floor();
-    let high = uvs.reduce(Vec2::max).unwrap_or_default();
-    LookRecord {
-        origin: origin.to_array(),
-        material,
-        color: color.to_array(),
-        size,
-        uv_low: low.to_array(),
-        uv_size: (high - low).to_array().map(|size| unit_of_length(size.max(1.0))),
-        shown,
-        outline: NO_EXTRA,
-        padding: 0,
-    }
-}
-
-/// The smallest power of two that is at least `length`.
-fn unit_of_length(length: f32) -> f32 {
-    let exponent = length.max(f32::MIN_POSITIVE).log2().ceil();
-    let unit = exponent.exp2();
-    if unit < length { (exponent + 1.0).exp2() } else { unit }.min(f32::MAX)
-}
-
 fn packed_corner(corner: &LeafVertex, pivot: [f32; 3], look: &LookRecord) -> PackedCorner {
     let offset = (Vec3::from(corner.position) - Vec3::from(pivot)) / look.size * f32::from(i16::MAX);
     let [x, y, z] = offset.to_array().map(|steps| u32::from(steps.round() as i16 as u16));
@@ -247,111 +191,16 @@ fn largest_color(vertices: &[LeafVertex]) -> Vec3 {
     largest.max(Vec3::splat(f32::MIN_POSITIVE))
 }
 
-/// Square roots of a colour over the largest one, with `bits` bits each.
-fn color_bits(color: [f32; 3], largest: Vec3, bits: u32) -> u32 {
-    let steps = ((1 << bits) - 1) as f32;
-    let root = |axis: usize| ((color[axis].max(0.0) / largest[axis]).sqrt() * steps).round() as u32;
-    root(0) | root(1) << bits | root(2) << (2 * bits)
-}
-
-/// Corners of an outline; the last one is repeated.
-fn outline_bits(outline: &Outline, look: &LookRecord) -> [u32; TRIMMED_CORNERS as usize] {
-    let corners = &outline.corners;
-    std::array::from_fn(|i| corners.get(i).or(corners.last()).map_or(0, |&uv| uv_bits(uv, look)))
-}
-
-fn uv_bits(uv: [f32; 2], look: &LookRecord) -> u32 {
-    let [u, v] = [0, 1].map(|axis| {
-        let share = (uv[axis] - look.uv_low[axis]) / look.uv_size[axis];
-        (share * f32::from(u16::MAX)).round() as u16
-    });
-    u32::from(u) | u32::from(v) << 16
-}
-
-/// A direction folded onto an octahedron, with 8 bits each for x and y: of the roundings, the one
-/// nearest to it. After Z. H. Cigolle, S. Donow, D. Evangelakos, M. Mara, M. McGuire and Q. Meyer,
-/// *A Survey of Efficient Representations for Independent Unit Vectors* (2014).
-fn normal_bits(normal: [f32; 3]) -> u32 {
-    let normal = Vec3::from(normal).normalize_or_zero();
-    if normal == Vec3::ZERO {
-        return NO_NORMAL;
-    }
-    let on_plane = normal.truncate() / normal.abs().element_sum();
-    let sign = |x: f32| if x < 0.0 { -1.0 } else { 1.0 };
-    let folded = Vec2::new((1.0 - on_plane.y.abs()) * sign(normal.x), (1.0 - on_plane.x.abs()) * sign(normal.y));
-    let steps = if normal.z < 0.0 { folded } else { on_plane } * f32::from(i8::MAX);
-    let roundings = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|up| (steps.floor() + up).min(Vec2::splat(127.0)));
-    let of = |steps: &Vec2| unfolded(*steps / f32::from(i8::MAX)).dot(normal);
-    let best = roundings.into_iter().max_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or_default();
-    u32::from(best.x as i8 as u8) | u32::from(best.y as i8 as u8) << 8
-}
-
-/// Direction of a point on the octahedron; twin of `normal_of` in `packing.wgsl`.
-fn unfolded(at: Vec2) -> Vec3 {
-    let z = 1.0 - at.x.abs() - at.y.abs();
-    let back = (-z).max(0.0);
-    let folded = |x: f32| if x < 0.0 { x + back } else { x - back };
-    Vec3::new(folded(at.x), folded(at.y), z).normalize_or_zero()
-}
-
-/// Points in steps from origins that are [`STEPS`] steps apart.
-struct Grid {
-    low: DVec3,
-    step: f64,
-}
-
-impl Grid {
-    /// Grid whose steps are small compared with leaves of these reaches.
-    fn of_pivots(bounds: Aabb, reaches: &[f32]) -> Self {
-        let mut sorted: Vec<f32> = reaches.iter().copied().filter(|&reach| reach > 0.0).collect();
-        sorted.sort_unstable_by(f32::total_cmp);
-        let wanted = sorted.get(sorted.len() / 2).map_or(f64::INFINITY, |&reach| f64::from(reach) / PIVOT_STEPS);
-        let across = f64::from(bounds.size().max_element());
-        Self::new(bounds, (across / (STEPS - 1.0)).min(wanted).max(across / (STEPS * ORIGINS)))
-    }
-
-    fn of_wood(bounds: Aabb) -> Self {
-        Self::new(bounds, f64::from(bounds.size().max_element()) / (STEPS * WOOD_ORIGINS))
-    }
-
-    fn new(bounds: Aabb, step: f64) -> Self {
-        // Both sides compute with the same step.
-        let step = f64::from((step as f32).max(f32::MIN_POSITIVE));
-        Self { low: bounds.center() - 0.5 * bounds.size().as_dvec3(), step }
-    }
-
-    /// The origin of the part that a point lies in, and its steps from there.
-    fn place(&self, point: [f32; 3]) -> (Vec3, [u32; 3]) {
-        let steps = ((Vec3::from(point).as_dvec3() - self.low) / self.step).round().max(DVec3::ZERO);
-        let part = (steps / STEPS).floor();
-        let origin = self.low + part * STEPS * self.step;
-        (origin.as_vec3(), (steps - part * STEPS).to_array().map(|steps| steps as u32))
-    }
-}
-
-/// Table of looks without repetitions.
-#[derive(Default)]
-struct Looks {
-    rows: Vec<LookRecord>,
-    numbers: HashMap<[u8; size_of::<LookRecord>()], u32>,
-}
-
-impl Looks {
-    fn number(&mut self, look: LookRecord) -> u32 {
-        *self.numbers.entry(bytemuck::cast(look)).or_insert_with(|| {
-            self.rows.push(look);
-            self.rows.len() as u32 - 1
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        super::records::{LEAST_WIDTH, NO_NORMAL, WIDTH_STEPS},
+        *,
+    };
     use crate::{
         Plant,
         leaf::Vertex,
-        model::{FoliageModel, Prune, Recipe},
+        model::{FoliageModel, Prune, Recipe, octahedral},
         plant::WoodPart,
         random::Random,
     };
@@ -398,8 +247,8 @@ mod tests {
     }
 
     fn normal_of(bits: u32) -> Vec3 {
-        let byte = |shift: u32| f32::from((bits >> shift) as u8 as i8) / f32::from(i8::MAX);
-        if bits == NO_NORMAL { Vec3::ZERO } else { unfolded(Vec2::new(byte(0), byte(8))) }
+        let byte = |shift: u32| i32::from((bits >> shift) as u8 as i8);
+        if bits == NO_NORMAL { Vec3::ZERO } else { octahedral::decode([byte(0), byte(8)], 8).into() }
     }
 
     /// A corner as the shader reads it: position, normal, texture coordinates, colour.

@@ -49,6 +49,7 @@ impl FoliageModel {
             max_scale: prunes.iter().map(|prune| prune.target_scale).fold(1.0, f32::max),
             precision: Precision::EXACT,
             growth: Growth::default(),
+            copies: Vec::new(),
         };
         if let Some(survivor) = rank.iter().position(|&rank| rank == 0) {
             model.push(plant, survivor, NO_LEAF, 1.0, 0.0);

@@ -7,18 +7,22 @@
 //! of any leaf at any active count without keeping state.
 
 mod assemble;
+mod copies;
 pub(crate) mod format;
 mod grid;
 mod growth;
-mod octahedral;
+pub(crate) mod octahedral;
+mod precision;
 mod quantize;
+mod shapes;
 mod timeline;
 mod validate;
 
 pub use assemble::Prune;
+pub use copies::{LeafCopy, Turn};
 pub use format::{MAGIC, MAX_FILE_BYTES, ModelFile, Part, VERSION};
 pub use growth::Growth;
-pub use quantize::Precision;
+pub use precision::Precision;
 pub use timeline::{Timeline, Transition};
 
 use crate::{
@@ -129,6 +133,10 @@ pub struct FoliageModel {
     pub precision: Precision,
     /// How enlarged leaves are drawn.
     pub growth: Growth,
+    /// Leaves that the file stores as copies of others, in drawing order; found by
+    /// [`quantize`](FoliageModel::quantize). They change the size of the file alone: those that do
+    /// not give the vertices of their leaf bit for bit are ignored.
+    pub copies: Vec<LeafCopy>,
 }
 
 impl Deref for FoliageModel {

@@ -2,14 +2,18 @@
 //!
 //! After Q. Meyer, J. Suessmuth, G. Sussner, M. Stamminger, G. Greiner, "On Floating-Point Normal
 //! Vectors" (EGSR 2010): the vector is scaled onto the octahedron |x| + |y| + |z| = 1, whose lower
-//! half is folded over the upper one.
+//! half is folded over the upper one. Of the four roundings of its coordinates, the one nearest to
+//! the vector is taken, after Z. H. Cigolle, S. Donow, D. Evangelakos, M. Mara, M. McGuire and
+//! Q. Meyer, "A Survey of Efficient Representations for Independent Unit Vectors" (JCGT 2014).
 
-use super::grid::nearest;
+use glam::DVec3;
 
 /// Bits per coordinate that decode to distinct vectors in `f32`.
 pub(super) const MAX_BITS: u8 = 16;
 /// Bits per coordinate of a quantised normal.
 pub(super) const NORMAL_BITS: u8 = 10;
+/// Bits per coordinate of a normal that others are made from.
+pub(super) const FINE_NORMAL_BITS: u8 = 16;
 
 /// Largest code of a coordinate; the smallest is its negative.
 fn most(bits: u8) -> f64 {
@@ -18,23 +22,37 @@ fn most(bits: u8) -> f64 {
 
 /// Codes of a vector of any length but 0. A vector that [`decode`] returned gives codes that decode
 /// to the same bits.
-pub(super) fn encode(vector: [f32; 3], bits: u8) -> [i32; 2] {
+pub(crate) fn encode(vector: [f32; 3], bits: u8) -> [i32; 2] {
     let [x, y, z] = vector.map(f64::from);
     let length = x.abs() + y.abs() + z.abs();
     let [x, y] = [x / length, y / length];
     let folded = if z < 0.0 { [fold(y, x), fold(x, y)] } else { [x, y] };
-    folded.map(|coordinate| nearest(coordinate * most(bits)))
+    let low = folded.map(|coordinate| (coordinate * most(bits)).floor());
+    let near = |codes: [i32; 2]| unfolded(codes, bits).dot(DVec3::from(vector.map(f64::from)));
+    let mut best = ([0; 2], f64::NEG_INFINITY);
+    for up in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
+        let codes = [0, 1].map(|axis| (low[axis] + up[axis]).min(most(bits)) as i32);
+        let nearness = near(codes);
+        if nearness > best.1 {
+            best = (codes, nearness);
+        }
+    }
+    best.0
 }
 
 /// The unit vector with these codes; codes that are too large are clamped.
-pub(super) fn decode(codes: [i32; 2], bits: u8) -> [f32; 3] {
+pub(crate) fn decode(codes: [i32; 2], bits: u8) -> [f32; 3] {
+    // Adding 0 makes -0 positive.
+    unfolded(codes, bits).to_array().map(|coordinate| coordinate as f32 + 0.0)
+}
+
+fn unfolded(codes: [i32; 2], bits: u8) -> DVec3 {
     let step = 1.0 / most(bits);
     let [x, y] = codes.map(|code| (f64::from(code) * step).clamp(-1.0, 1.0));
     let z = 1.0 - x.abs() - y.abs();
     let [x, y] = if z < 0.0 { [fold(y, x), fold(x, y)] } else { [x, y] };
     let scale = 1.0 / (x * x + y * y + z * z).sqrt();
-    // Adding 0 makes -0 positive.
-    [x, y, z].map(|coordinate| (coordinate * scale) as f32 + 0.0)
+    DVec3::new(x, y, z) * scale
 }
 
 /// Distance of `other` from the edge of the square, on the side of `along`.
@@ -44,8 +62,8 @@ fn fold(other: f64, along: f64) -> f64 {
 
 /// Largest angle in radians between a vector and the one that its codes decode to.
 pub(super) fn largest_error(bits: u8) -> f32 {
-    // Half a step along both coordinates. Lengths on the square grow by at most sqrt(3) on a face
-    // of the octahedron, and by sqrt(3) from there to the sphere.
+    // Half a step along both coordinates, as if they were only rounded. Lengths on the square grow
+    // by at most sqrt(3) on a face of the octahedron, and by sqrt(3) from there to the sphere.
     (std::f64::consts::SQRT_2 * 0.5 / most(bits) * 3.0) as f32
 }
 

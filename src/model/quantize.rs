@@ -4,17 +4,21 @@
 //! drawn in memory and what a file gives back are the same bits, and rounding again changes
 //! nothing. Leaf records stay as they are: targets, scales, errors, and the order.
 //!
+//! Where that makes the file smaller, leaves of the same shape up to a turn, a size and a place are
+//! moved onto one shape instead, within the same errors.
+//!
 //! Limits: numbers that no grid suits stay exact, and their entry in [`Precision`] is 0: positions
 //! whose enlarged leaves reach 1e30, normals that are not unit vectors, texture coordinates and
 //! colours beyond 1,000.
 
 use super::{
-    FoliageModel,
+    FoliageModel, Precision, format,
     grid::{self, EXPONENTS, exponent_below},
     octahedral::{self, NORMAL_BITS},
+    shapes::{self, Shared},
 };
 use crate::leaf::Vertex;
-use serde::{Deserialize, Serialize};
+use std::mem::swap;
 
 /// Positions: half a step is at most 1/65,536 of the longest edge of the bounding box...
 const STEPS_PER_BOX: f64 = 32768.0;
@@ -32,25 +36,6 @@ const LARGEST: f32 = 1000.0;
 /// How far the length of a unit normal may be from 1.
 const UNIT_TOLERANCE: f32 = 1e-3;
 
-/// How far the numbers of a model may be from those of the plant that was simplified; 0 if they are
-/// exact.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Precision {
-    /// Coordinates of vertices and pivots, in the plant's units.
-    pub position: f32,
-    /// Normals, in radians.
-    pub normal_rad: f32,
-    /// Texture coordinates.
-    pub uv: f32,
-    /// Linear colour factors; their alpha is always exact.
-    pub color: f32,
-}
-
-impl Precision {
-    /// Nothing was rounded.
-    pub const EXACT: Self = Self { position: 0.0, normal_rad: 0.0, uv: 0.0, color: 0.0 };
-}
-
 impl FoliageModel {
     /// Rounds positions, normals, texture coordinates and colours so that the model's file is
     /// small, and sets [`precision`](Self::precision) to the largest errors. A quantized model is
@@ -59,15 +44,40 @@ impl FoliageModel {
         if self.precision != Precision::EXACT {
             return;
         }
+        let exact = self.vertices.clone();
+        let pivots: Vec<[f32; 3]> = self.leaves.iter().map(|leaf| leaf.pivot).collect();
+        let exponent = self.quantize_positions();
         self.precision = Precision {
-            position: self.quantize_positions().unwrap_or(0.0),
+            position: exponent.map_or(0.0, |exponent| (0.5 * grid::power(exponent)) as f32),
             normal_rad: self.quantize_normals().unwrap_or(0.0),
             uv: self.quantize_uvs().unwrap_or(0.0),
             color: self.quantize_numbers(COLOR_EXPONENT, |vertex| &mut vertex.color[..3]).unwrap_or(0.0),
         };
+        if let Some(exponent) = exponent.filter(|_| self.precision.normal_rad > 0.0 && self.validate().is_ok())
+            && let Some(shared) = shapes::find(self, exact, pivots, exponent)
+        {
+            self.share(shared);
+        }
     }
 
-    fn quantize_positions(&mut self) -> Option<f32> {
+    /// Moves leaves onto shared shapes if that makes the file smaller.
+    fn share(&mut self, mut shared: Shared) {
+        let alone = format::leaf_bytes(self);
+        self.swap_shared(&mut shared);
+        let is_smaller = matches!((format::leaf_bytes(self), alone), (Ok(bytes), Ok(alone)) if bytes < alone);
+        if !is_smaller {
+            self.swap_shared(&mut shared);
+        }
+    }
+
+    fn swap_shared(&mut self, shared: &mut Shared) {
+        swap(&mut self.plant.vertices, &mut shared.vertices);
+        swap(&mut self.copies, &mut shared.copies);
+        self.plant.leaves.iter_mut().zip(&mut shared.pivots).for_each(|(leaf, pivot)| swap(&mut leaf.pivot, pivot));
+    }
+
+    /// Returns the exponent of the steps.
+    fn quantize_positions(&mut self) -> Option<i16> {
         let reach = self.enlarged_aabb();
         let largest = reach.min.iter().chain(&reach.max).fold(0.0_f32, |most, x| most.max(x.abs()));
         if largest > TOO_FAR {
@@ -77,7 +87,7 @@ impl FoliageModel {
         let snap = |point: &mut [f32; 3]| *point = point.map(|x| grid::value(grid::code(x, exponent), exponent));
         self.all_vertices().for_each(|vertex| snap(&mut vertex.position));
         self.leaves.iter_mut().for_each(|leaf| snap(&mut leaf.pivot));
-        Some((0.5 * grid::power(exponent)) as f32)
+        Some(exponent)
     }
 
     /// Exponent of the step of positions.

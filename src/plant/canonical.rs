@@ -13,11 +13,22 @@ impl Plant {
     /// rotated to start with their smallest index, keeping the winding, and then sorted.
     /// Idempotent. Cost: one sort per leaf.
     pub fn canonicalize(&mut self) {
+        self.sort_leaves(key);
+    }
+
+    /// Sorts vertices by uv first, otherwise as [`canonicalize`](Self::canonicalize): leaves that
+    /// are one leaf turned and moved, with another uv at each vertex, then have the same indices.
+    #[cfg(feature = "simplify")]
+    pub(crate) fn sort_by_uv(&mut self) {
+        self.sort_leaves(uv_key);
+    }
+
+    fn sort_leaves(&mut self, key: fn(&Vertex) -> [u32; 12]) {
         let source = std::mem::take(self);
         let leaves = source.leaves.iter().map(|leaf| {
             let first = leaf.vertices[0];
             let indices: Vec<u32> = source.indices[leaf.index_range()].iter().map(|index| index - first).collect();
-            (canonical(&source.vertices[leaf.vertex_range()], &indices), leaf)
+            (sorted_by(key, &source.vertices[leaf.vertex_range()], &indices), leaf)
         });
         for ((vertices, indices), leaf) in leaves {
             self.push_leaf(&vertices, &indices, leaf.pivot, leaf.material);
@@ -28,7 +39,12 @@ impl Plant {
 }
 
 /// Canonical form of one leaf. `indices` are relative to `vertices` and less than their count.
+#[cfg(any(test, feature = "simplify"))]
 pub(crate) fn canonical(vertices: &[Vertex], indices: &[u32]) -> (Vec<Vertex>, Vec<u32>) {
+    sorted_by(key, vertices, indices)
+}
+
+fn sorted_by(key: fn(&Vertex) -> [u32; 12], vertices: &[Vertex], indices: &[u32]) -> (Vec<Vertex>, Vec<u32>) {
     let mut order: Vec<u32> = indices.to_vec();
     order.sort_unstable();
     order.dedup();
@@ -56,6 +72,13 @@ fn key(vertex: &Vertex) -> [u32; 12] {
     let [i, j, k] = vertex.normal.map(f32::to_bits);
     let [r, g, b, a] = vertex.color.map(f32::to_bits);
     [x, y, z, u, v, i, j, k, r, g, b, a]
+}
+
+#[cfg(any(test, feature = "simplify"))]
+fn uv_key(vertex: &Vertex) -> [u32; 12] {
+    let [x, y, z, u, v, rest @ ..] = key(vertex);
+    let [i, j, k, r, g, b, a] = rest;
+    [u, v, x, y, z, i, j, k, r, g, b, a]
 }
 
 fn least_rotation([a, b, c]: [u32; 3]) -> [u32; 3] {
@@ -86,6 +109,19 @@ mod tests {
         let corners = [vertex(0.0, 0.0), vertex(1.0, 0.0), vertex(1.0, 1.0)];
         assert_ne!(canonical(&corners, &[0, 1, 2]), canonical(&corners, &[0, 2, 1]));
         assert_eq!(canonical(&corners, &[0, 1, 2]), canonical(&corners, &[2, 0, 1]));
+    }
+
+    #[test]
+    fn a_leaf_that_is_turned_and_moved_keeps_its_order_by_uv() {
+        let corners = [vertex(0.0, 0.0), vertex(1.0, 0.0), vertex(1.0, 2.0), vertex(0.0, 1.0)];
+        let turn = |vertex: Vertex| {
+            let [x, y, z] = vertex.position;
+            Vertex { position: [5.0 - x, z, 3.0 - y], ..vertex }
+        };
+        let sorted = |leaf: [Vertex; 4]| sorted_by(uv_key, &leaf, &[0, 1, 2, 0, 2, 3]);
+        let [(one, indices), (other, same)] = [corners, corners.map(turn)].map(sorted);
+        assert_eq!(indices, same);
+        assert!(one.iter().zip(&other).all(|(a, b)| a.uv == b.uv));
     }
 
     #[test]

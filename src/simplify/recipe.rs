@@ -89,8 +89,10 @@ pub fn simplify(
     source: &mut dyn FragmentSource,
     observer: &mut dyn Observer,
 ) -> Result<Simplified> {
-    let plant = &checked(plant, options)?;
-    let Done { prunes, fragments, seconds, leaf_layers, .. } = in_pool(plant, options, source, observer)?;
+    let mut plant = checked(plant, options)?;
+    let Done { prunes, fragments, seconds, leaf_layers, .. } = in_pool(&plant, options, source, observer)?;
+    // So that models find leaves of the same shape.
+    plant.sort_by_uv();
     let adapter = source.adapter();
     let recipe = Recipe {
         preset: options.preset.clone(),
@@ -103,7 +105,7 @@ pub fn simplify(
         raster: if adapter.is_some() { "gpu" } else { "cpu" }.into(),
         adapter,
     };
-    let mut model = FoliageModel::assemble(plant, &prunes, recipe)?;
+    let mut model = FoliageModel::assemble(&plant, &prunes, recipe)?;
     if options.tone {
         model.growth.tone = tone::of_layers(leaf_layers);
     }

@@ -6,7 +6,7 @@ use foliage_lod::{
     material::{AlphaMode, Material, Texture, TextureFormat},
     plant::WoodPart,
 };
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
 pub struct Random(pub u64);
@@ -128,6 +128,30 @@ pub fn crossed(count: usize, seed: u64) -> Plant {
         indices.extend(triangles.iter().map(|index| index + 4));
         vertices.extend(more);
         plant.push_leaf(&vertices, &indices, centre.to_array(), 0);
+    }
+    plant
+}
+
+/// Leaves of 24 vertices that are one leaf turned, scaled and placed at random; every third has the
+/// texture of another, and each its own colour.
+pub fn repeated(count: usize, seed: u64) -> Plant {
+    let mut random = Random(seed);
+    let mut plant = bare("repeated");
+    let strip: Vec<u32> = (0..11).flat_map(|row| [0, 1, 3, 0, 3, 2].map(|corner| 2 * row + corner)).collect();
+    for leaf in 0..count {
+        let turn = Quat::from_scaled_axis(random.in_ball() * 3.0);
+        let (size, place) = (0.2 * random.between(0.75, 1.25), random.in_ball());
+        let color = [0; 3].map(|_: u32| random.unit());
+        let corner = |i: u32| {
+            let (along, side) = ((i / 2) as f32 / 11.0, (i % 2) as f32 - 0.5);
+            let at = Vec3::new(side * (1.0 - along * along), along, 0.4 * along * along);
+            let normal = Vec3::new(0.3 * side, -0.8 * along, 1.0).normalize();
+            let uv = [side + 0.5 + (leaf % 3 / 2) as f32, along];
+            let vertex = vertex(place + turn * at * size, turn * normal, uv);
+            Vertex { color: [color[0], color[1], color[2], 1.0], ..vertex }
+        };
+        let vertices: Vec<Vertex> = (0..24).map(corner).collect();
+        plant.push_leaf(&vertices, &strip, place.to_array(), 0);
     }
     plant
 }

@@ -1,23 +1,25 @@
 //! The section of leaf vertices and indices.
 //!
-//! Index lists that several leaves have in common are stored once, as patterns.
+//! Index lists that several leaves have in common are stored once, as patterns. Leaves that are
+//! copies have none: they have that of their shape.
 
 use super::{
-    super::Leaf,
+    super::{FoliageModel, Leaf},
     fault::Decoded,
-    ints::{Ints, Packing},
+    ints::Ints,
+    shapes::Sources,
     vertices::Vertices,
 };
 use crate::leaf::Vertex;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// Vertices and index lists of all leaves.
+/// Index lists of all leaves but copies, and vertices of those that are no shapes either.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Foliage<'a> {
     /// Number of patterns.
     patterns: u32,
-    /// Pattern of each leaf.
+    /// Pattern of each leaf that is no copy.
     #[serde(borrow)]
     pattern: Ints<'a>,
     /// Numbers of vertices and of indices of each pattern.
@@ -37,78 +39,98 @@ struct Pattern {
 }
 
 impl Foliage<'_> {
-    pub(super) fn encode(leaves: &[Leaf], vertices: &[Vertex], indices: &[u32], packing: Packing) -> Foliage<'static> {
+    pub(super) fn encode(model: &FoliageModel, sources: &Sources) -> Foliage<'static> {
         let (mut patterns, mut numbers) = (Vec::new(), HashMap::new());
-        let pattern: Vec<u32> = leaves
-            .iter()
-            .map(|leaf| {
-                let list = indices[leaf.geometry().index_range()].iter().map(|index| index - leaf.vertices[0]);
-                let pattern = Pattern { vertices: leaf.vertices[1] - leaf.vertices[0], indices: list.collect() };
-                let next = numbers.len() as u32;
-                match packing {
-                    Packing::Loose => patterns.push((pattern.vertices, pattern.indices)),
-                    Packing::Tight => {
-                        return *numbers.entry(pattern).or_insert_with_key(|pattern| {
-                            patterns.push((pattern.vertices, pattern.indices.clone()));
-                            next
-                        });
-                    }
-                }
-                patterns.len() as u32 - 1
-            })
-            .collect();
-        let column = |values: Vec<u32>| Ints::encode(&values, packing);
-        let pivots: Vec<[f32; 3]> =
-            leaves.iter().flat_map(|leaf| leaf.geometry().vertex_range().map(|_| leaf.pivot)).collect();
+        let (mut pattern, mut vertices, mut pivots) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, leaf) in model.leaves.iter().enumerate().filter(|(i, _)| sources.copied(*i).is_none()) {
+            let list = model.indices[leaf.geometry().index_range()].iter().map(|index| index - leaf.vertices[0]);
+            let own = Pattern { vertices: leaf.vertices[1] - leaf.vertices[0], indices: list.collect() };
+            let next = numbers.len() as u32;
+            pattern.push(*numbers.entry(own).or_insert_with_key(|pattern| {
+                patterns.push((pattern.vertices, pattern.indices.clone()));
+                next
+            }));
+            if sources.is_own(i) {
+                vertices.extend_from_slice(&model.vertices[leaf.geometry().vertex_range()]);
+                pivots.resize(vertices.len(), leaf.pivot);
+            }
+        }
+        let column = |values: Vec<u32>| Ints::encode(&values);
         Foliage {
             patterns: patterns.len() as u32,
             pattern: column(pattern),
             vertex_counts: column(patterns.iter().map(|(vertices, _)| *vertices).collect()),
             index_counts: column(patterns.iter().map(|(_, indices)| indices.len() as u32).collect()),
             indices: column(patterns.into_iter().flat_map(|(_, indices)| indices).collect()),
-            vertices: Vertices::encode(vertices, |i| Some(pivots[i]), packing),
+            vertices: Vertices::encode(&vertices, |i| Some(pivots[i])),
         }
     }
 
-    /// Decodes vertices and indices, as many as `counts` says, and sets the ranges of `leaves`.
+    /// Decodes vertices and indices, as many as `counts` says and of them `copied` in copies, and
+    /// sets the ranges of `leaves`. The vertices of shapes and copies are left at 0.
     pub(super) fn decode(
         &self,
         leaves: &mut [Leaf],
+        sources: &Sources,
         [vertex_count, index_count]: [usize; 2],
+        copied: [usize; 2],
     ) -> Decoded<(Vec<Vertex>, Vec<u32>)> {
-        let patterns = self.patterns as usize;
-        if patterns > leaves.len() {
-            return Err(format!("{patterns} index patterns for {} leaves", leaves.len()));
-        }
-        let pattern = self.pattern.decode(leaves.len())?;
-        let vertex_counts = self.vertex_counts.decode(patterns)?;
-        let starts = starts(&self.index_counts.decode(patterns)?, index_count)?;
-        let lists = self.indices.decode(starts[patterns])?;
-        let mut pivots = Vec::with_capacity(vertex_count);
-        let mut indices = Vec::with_capacity(index_count);
-        let (mut first_vertex, mut first_index) = (0_usize, 0_usize);
-        for (i, (leaf, &pattern)) in leaves.iter_mut().zip(&pattern).enumerate() {
-            let pattern = pattern as usize;
-            let Some(&own) = vertex_counts.get(pattern) else {
-                return Err(format!("leaf {i} has index pattern {pattern} of {patterns}"));
-            };
-            let list = &lists[starts[pattern]..starts[pattern + 1]];
-            let [next_vertex, next_index] = [first_vertex + own as usize, first_index + list.len()];
-            if next_vertex > vertex_count || next_index > index_count {
-                return Err(format!("leaf {i} ends at vertex {next_vertex}, index {next_index}"));
-            }
-            leaf.vertices = [first_vertex as u32, next_vertex as u32];
-            leaf.indices = [first_index as u32, next_index as u32];
-            pivots.resize(next_vertex, leaf.pivot);
-            indices.extend(list.iter().map(|index| index.wrapping_add(first_vertex as u32)));
-            (first_vertex, first_index) = (next_vertex, next_index);
-        }
-        if (first_vertex, first_index) != (vertex_count, index_count) {
-            return Err(format!("leaves end at vertex {first_vertex}, index {first_index}"));
-        }
+        let indices = self.decode_ranges(leaves, sources, [vertex_count, index_count], copied)?;
+        let own = || leaves.iter().enumerate().filter(|(i, _)| sources.is_own(*i)).map(|(_, leaf)| leaf);
+        let mut places = Vec::with_capacity(own().map(|leaf| leaf.geometry().vertex_range().len()).sum());
+        own().for_each(|leaf| places.extend((leaf.vertices[0]..leaf.vertices[1]).map(|vertex| (vertex, leaf.pivot))));
         let mut vertices = vec![bytemuck::Zeroable::zeroed(); vertex_count];
-        self.vertices.decode(&mut vertices, |i| Some(pivots[i]))?;
+        let place = |i: usize| (places[i].0 as usize, Some(places[i].1));
+        self.vertices.decode(places.len(), place, &mut vertices)?;
         Ok((vertices, indices))
+    }
+
+    /// Sets the ranges of `leaves` and returns their indices.
+    fn decode_ranges(
+        &self,
+        leaves: &mut [Leaf],
+        sources: &Sources,
+        [vertex_count, index_count]: [usize; 2],
+        copied: [usize; 2],
+    ) -> Decoded<Vec<u32>> {
+        let patterns = self.patterns as usize;
+        let own = (0..leaves.len()).filter(|&leaf| sources.copied(leaf).is_none()).count();
+        if patterns > own {
+            return Err(format!("{patterns} index patterns for {own} leaves"));
+        }
+        let mut own = self.pattern.decode(own)?.into_iter();
+        let vertex_counts = self.vertex_counts.decode(patterns)?;
+        let starts = starts(&self.index_counts.decode(patterns)?, index_count.saturating_sub(copied[1]))?;
+        let lists = self.indices.decode(starts[patterns])?;
+        let mut indices = Vec::with_capacity(index_count);
+        let mut pattern_of: Vec<u32> = Vec::with_capacity(leaves.len());
+        let (mut at, mut in_copies) = ([0_usize; 2], [0_usize; 2]);
+        for (i, leaf) in leaves.iter_mut().enumerate() {
+            let copied = sources.copied(i);
+            let number = copied.map_or_else(|| own.next().unwrap_or_default(), |of| pattern_of[of]);
+            pattern_of.push(number);
+            let number = number as usize;
+            let Some(&vertices) = vertex_counts.get(number) else {
+                return Err(format!("leaf {i} has index pattern {number} of {patterns}"));
+            };
+            let list = &lists[starts[number]..starts[number + 1]];
+            let lengths = [vertices as usize, list.len()];
+            let end = [at[0] + lengths[0], at[1] + lengths[1]];
+            if end[0] > vertex_count || end[1] > index_count {
+                return Err(format!("leaf {i} ends at vertex {}, index {}", end[0], end[1]));
+            }
+            leaf.vertices = [at[0] as u32, end[0] as u32];
+            leaf.indices = [at[1] as u32, end[1] as u32];
+            indices.extend(list.iter().map(|index| index.wrapping_add(at[0] as u32)));
+            if copied.is_some() {
+                in_copies = [in_copies[0] + lengths[0], in_copies[1] + lengths[1]];
+            }
+            at = end;
+        }
+        if at != [vertex_count, index_count] || in_copies != copied {
+            return Err(format!("leaves end at vertex {}, index {}, copies have {in_copies:?}", at[0], at[1]));
+        }
+        Ok(indices)
     }
 }
 

@@ -15,15 +15,6 @@ const SAMPLE: usize = 1 << 14;
 /// Predictions that are tried in full, besides none.
 const TRIED: usize = 2;
 
-/// Whether columns are packed, or stored with all their bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Packing {
-    /// As small as possible.
-    Tight,
-    /// Nothing is left out, so that the file accounts for the memory that reading it takes.
-    Loose,
-}
-
 /// A column of 32-bit integers; all arithmetic wraps.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Ints<'a> {
@@ -39,11 +30,7 @@ pub(super) struct Ints<'a> {
 }
 
 impl Ints<'_> {
-    pub(super) fn encode(values: &[u32], packing: Packing) -> Ints<'static> {
-        if packing == Packing::Loose {
-            let stream = Stream::raw(planes_of(values, 4).into());
-            return Ints { base: 0, lag: 0, sloped: false, planes: 4, stream };
-        }
+    pub(super) fn encode(values: &[u32]) -> Ints<'static> {
         if values.iter().all(|value| Some(value) == values.first()) {
             return Self::encode_by(values, (0, false), Stream::deflated);
         }
@@ -157,9 +144,7 @@ mod tests {
     #[test]
     fn columns_come_back_whatever_they_hold() {
         for values in samples() {
-            for packing in [Packing::Tight, Packing::Loose] {
-                assert_eq!(Ints::encode(&values, packing).decode(values.len()).unwrap(), values);
-            }
+            assert_eq!(Ints::encode(&values).decode(values.len()).unwrap(), values);
             for step in (0..12).flat_map(|lag| [(lag, false), (lag, lag > 0)]) {
                 assert_eq!(
                     Ints::encode_by(&values, step, Stream::deflated).decode(values.len()).unwrap(),
@@ -172,21 +157,18 @@ mod tests {
 
     #[test]
     fn equal_elements_take_no_bytes_and_regular_ones_hardly_any() {
-        let sizes = samples()
-            .iter()
-            .map(|values| Ints::encode(values, Packing::Tight).stream.stored_bytes())
-            .collect::<Vec<_>>();
+        let sizes = samples().iter().map(|values| Ints::encode(values).stream.stored_bytes()).collect::<Vec<_>>();
         assert_eq!(sizes[..3], [0; 3]);
         assert!(sizes[6] < 40, "{sizes:?}");
     }
 
     #[test]
     fn wrong_numbers_of_elements_and_planes_are_refused() {
-        let mut ints = Ints::encode(&[1, 2, 300], Packing::Loose);
+        let mut ints = Ints::encode(&[1, 2, 300]);
         assert!(ints.decode(2).is_err() && ints.decode(4).is_err());
         ints.planes = 5;
         assert!(ints.decode(3).is_err());
-        let hostile = Ints { lag: u32::MAX, sloped: true, ..Ints::encode(&[1, 2, 3], Packing::Tight) };
+        let hostile = Ints { lag: u32::MAX, sloped: true, ..Ints::encode(&[1, 2, 3]) };
         assert!(hostile.decode(3).is_ok());
     }
 }

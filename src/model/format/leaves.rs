@@ -3,7 +3,7 @@
 use super::{
     super::{Leaf, NO_LEAF},
     fault::Decoded,
-    ints::{Ints, Packing},
+    ints::Ints,
     numbers::{Form, Numbers, padded},
 };
 use serde::{Deserialize, Serialize};
@@ -23,8 +23,8 @@ pub(super) struct Leaves<'a> {
 }
 
 impl Leaves<'_> {
-    pub(super) fn encode(leaves: &[Leaf], packing: Packing) -> Leaves<'static> {
-        let column = |of: fn(&Leaf) -> u32| Ints::encode(&leaves.iter().map(of).collect::<Vec<_>>(), packing);
+    pub(super) fn encode(leaves: &[Leaf]) -> Leaves<'static> {
+        let column = |of: fn(&Leaf) -> u32| Ints::encode(&leaves.iter().map(of).collect::<Vec<_>>());
         let pivot = |i: usize| padded(leaves[i].pivot);
         let predicted = |i: usize| leaves[i].target().map(pivot);
         Leaves {
@@ -36,7 +36,6 @@ impl Leaves<'_> {
                 Form::of_numbers(leaves.iter().map(|leaf| &leaf.pivot[..])),
                 [leaves.len(), 3],
                 |i| (pivot(i), predicted(i)),
-                packing,
             ),
         }
     }

@@ -14,9 +14,10 @@
 //!
 //! A file keeps every bit of its model. It is small if the model is
 //! [quantized](FoliageModel::quantize): numbers on grids are stored as integers, columns of
-//! integers as differences, and what compresses is deflated. Every stream states its length, which
-//! must be the one that the numbers of leaves and vertices call for; these are held against the
-//! length of the file.
+//! integers as differences, what compresses is deflated, and leaves of the same shape are stored as
+//! copies of one. Every stream states its length, which must be the one that the numbers of leaves
+//! and vertices call for; these are held against the length of the file, which is filled up with
+//! zeros if reading it would take too much memory for its size.
 //!
 //! Limits: files of up to [`MAX_FILE_BYTES`]. Version 1 is still read. Any other version is
 //! rejected, and the error names it.
@@ -27,6 +28,7 @@ mod ints;
 mod leaves;
 mod numbers;
 mod records;
+mod shapes;
 mod stream;
 mod table;
 mod version1;
@@ -36,6 +38,7 @@ mod wood;
 
 pub use fault::MAX_FILE_BYTES;
 pub use table::{MAGIC, VERSION};
+pub(in crate::model) use version2::leaf_bytes;
 
 use super::FoliageModel;
 use crate::{Error, Result, file};
@@ -49,7 +52,7 @@ pub struct ModelFile {
     /// Version of the format.
     pub version: u32,
     /// Parts of the file: `table`, `about`, `leaf_records`, `leaf_vertices`, `wood`, `textures`,
-    /// `outlines`, `growth`.
+    /// `shapes`, `outlines`, `growth`, `intrinsic`, `fill`.
     pub parts: Vec<Part>,
     /// Sections that were skipped because this version of the program does not know them, by their
     /// tags. Worth a warning: the model was made by a newer one.
@@ -253,10 +256,10 @@ mod tests {
         assert!(!path.exists());
     }
 
-    /// A million equal leaves pack into so few bytes that reading them would take far more memory
+    /// So many equal leaves pack into so few bytes that reading them would take far more memory
     /// than the file accounts for.
     #[test]
-    fn models_that_pack_too_well_are_stored_loosely() {
+    fn files_of_models_that_pack_too_well_are_filled_up() {
         let mut model = samples::model(1);
         let (leaf, quad) = (model.leaves[0].clone(), model.vertices.clone());
         for i in 1..300_000_u32 {
@@ -272,7 +275,17 @@ mod tests {
             });
         }
         let bytes = model.to_bytes().unwrap();
-        assert!(bytes.len() > 50_000_000, "{} bytes", bytes.len());
-        assert!(FoliageModel::from_bytes(&bytes).unwrap() == model);
+        // 520 bytes of memory a leaf.
+        assert!((3_000_000..3_200_000).contains(&bytes.len()), "{} bytes", bytes.len());
+        let file = ModelFile::from_bytes(&bytes).unwrap();
+        assert!(file.model == model && file.parts.last().unwrap().name == "fill");
+        let mut sections = table::parse(Path::new("model"), &bytes, bytes.len() as u64).unwrap();
+        let fill = sections.pop().unwrap();
+        let sections: Vec<_> = sections
+            .iter()
+            .map(|section| (section.tag, section.flags, bytes[section.range.clone()].to_vec()))
+            .collect();
+        assert!(fill.flags & table::REQUIRED == 0);
+        assert!(FoliageModel::from_bytes(&table::join("bare", &sections).unwrap()).is_err());
     }
 }

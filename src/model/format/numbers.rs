@@ -6,10 +6,10 @@
 use super::{
     super::{
         grid::{self, EXPONENTS},
-        octahedral::{self, MAX_BITS, NORMAL_BITS},
+        octahedral::{self, FINE_NORMAL_BITS, MAX_BITS, NORMAL_BITS},
     },
     fault::Decoded,
-    ints::{Ints, Packing},
+    ints::Ints,
 };
 use serde::{Deserialize, Serialize};
 
@@ -41,12 +41,14 @@ impl Form {
 
     /// The form of vectors that keeps every bit.
     pub(super) fn of_vectors(vectors: impl Iterator<Item = [f32; 3]> + Clone) -> Self {
-        let survives = |vector: [f32; 3]| {
-            let decoded = octahedral::decode(octahedral::encode(vector, NORMAL_BITS), NORMAL_BITS);
-            decoded.map(f32::to_bits) == vector.map(f32::to_bits)
+        let survives = |bits: u8| {
+            vectors.clone().all(|vector| {
+                let decoded = octahedral::decode(octahedral::encode(vector, bits), bits);
+                decoded.map(f32::to_bits) == vector.map(f32::to_bits)
+            })
         };
-        if vectors.clone().all(survives) {
-            return Self::Octahedral { bits: NORMAL_BITS };
+        if let Some(bits) = [NORMAL_BITS, FINE_NORMAL_BITS].into_iter().find(|&bits| survives(bits)) {
+            return Self::Octahedral { bits };
         }
         match grid::exponent_of(vectors.flatten()) {
             Some(exponent) => Self::Grid { exponent },
@@ -113,7 +115,6 @@ impl Numbers<'_> {
         form: Form,
         [count, width]: [usize; 2],
         element: impl Fn(usize) -> ([f32; 4], Option<[f32; 4]>),
-        packing: Packing,
     ) -> Numbers<'static> {
         let mut columns = vec![Vec::with_capacity(count); form.columns(width)];
         for i in 0..count {
@@ -123,7 +124,7 @@ impl Numbers<'_> {
                 values.push(codes[column].wrapping_sub(predicted[column]));
             }
         }
-        Numbers { form, columns: columns.iter().map(|column| Ints::encode(column, packing)).collect() }
+        Numbers { form, columns: columns.iter().map(|column| Ints::encode(column)).collect() }
     }
 
     /// Decodes `count` elements of `width` numbers. Allocates up to 20 bytes for each.

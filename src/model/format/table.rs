@@ -109,7 +109,7 @@ pub(super) fn parse(path: &Path, head: &[u8], length: u64) -> Result<Vec<Section
 /// [`Error::TooLarge`] if it exceeds [`MAX_FILE_BYTES`].
 pub(super) fn join(name: &str, sections: &[(Tag, u32, Vec<u8>)]) -> Result<Vec<u8>> {
     let table_end = TABLE_AT + sections.len() * ENTRY_BYTES;
-    let length = table_end as u64 + sections.iter().map(|(.., bytes)| bytes.len() as u64).sum::<u64>();
+    let length = joined_bytes(sections);
     check_length(Path::new(name), length)?;
     let mut file = Vec::with_capacity(length as usize);
     file.extend(MAGIC);
@@ -129,6 +129,12 @@ pub(super) fn join(name: &str, sections: &[(Tag, u32, Vec<u8>)]) -> Result<Vec<u
     file[16..20].copy_from_slice(&crc.to_le_bytes());
     sections.iter().for_each(|(.., bytes)| file.extend(bytes));
     Ok(file)
+}
+
+/// Length of the file of these sections.
+pub(super) fn joined_bytes(sections: &[(Tag, u32, Vec<u8>)]) -> u64 {
+    let bytes = sections.iter().map(|(.., bytes)| bytes.len() as u64);
+    (TABLE_AT + sections.len() * ENTRY_BYTES) as u64 + bytes.sum::<u64>()
 }
 
 fn table_crc(head: &[u8], entries: &[u8]) -> u32 {

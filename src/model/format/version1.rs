@@ -74,7 +74,14 @@ pub(super) fn decode_model(path: &Path, head: &Head, file: &[u8]) -> Result<Foli
         textures: section(path, 4, textures)?,
         outlines: Vec::new(),
     };
-    Ok(FoliageModel { plant, recipe, max_scale, precision: Precision::EXACT, growth: Growth::default() })
+    Ok(FoliageModel {
+        plant,
+        recipe,
+        max_scale,
+        precision: Precision::EXACT,
+        growth: Growth::default(),
+        copies: Vec::new(),
+    })
 }
 
 fn section<'a, T: Deserialize<'a>>(path: &Path, section: usize, bytes: &'a [u8]) -> Result<T> {

@@ -7,21 +7,23 @@
 //! | `VERT` | leaf vertices and indices |
 //! | `WOOD` | wood |
 //! | `TEXT` | textures |
+//! | `SHAP` | shapes that leaves share, and these leaves; left out if there are none |
 //! | `OUTL` | outlines of cards; left out if there are none, and may be skipped |
 //! | `GROW` | how enlarged leaves are drawn; left out if plainly scaled, and may be skipped |
 //! | `INTR` | intrinsic cost of the recipe; left out if it is 0, and may be skipped |
+//! | `FILL` | zeros, if the file would else take too much memory for its size; may be skipped |
 //!
 //! Each is a record whose byte fields are streams: columns of integers, split into byte planes and
 //! deflated where that helps. Floats keep their bits: equal models give equal bytes.
 
 use super::{
     super::{FoliageModel, Growth, Precision, Recipe},
-    fault::{Decoded, damaged, damaged_in},
+    fault::{Decoded, MAX_FILE_BYTES, damaged, damaged_in},
     foliage::Foliage,
-    ints::Packing,
     leaves::Leaves,
     records::{as_bytes, decode, encode},
-    table::{REQUIRED, Section, Tag, join},
+    shapes::{Shapes, Sources},
+    table::{REQUIRED, Section, Tag, join, joined_bytes},
     wood::PackedWood,
 };
 use crate::{
@@ -32,20 +34,24 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::{borrow::Cow, path::Path};
 
-/// Tags of the sections that a file may lack and a reader may skip.
+/// Tags of sections that a file may lack.
+const SHAPES: Tag = *b"SHAP";
 const OUTLINES: Tag = *b"OUTL";
 const GROWTH: Tag = *b"GROW";
 const INTRINSIC: Tag = *b"INTR";
+const FILL: Tag = *b"FILL";
 /// Tags in the order in which the sections are written, and what they hold.
-pub(super) const SECTIONS: [(Tag, &str); 8] = [
+pub(super) const SECTIONS: [(Tag, &str); 10] = [
     (*b"ABOU", "about"),
     (*b"LEAF", "leaf_records"),
     (*b"VERT", "leaf_vertices"),
     (*b"WOOD", "wood"),
     (*b"TEXT", "textures"),
+    (SHAPES, "shapes"),
     (OUTLINES, "outlines"),
     (GROWTH, "growth"),
     (INTRINSIC, "intrinsic"),
+    (FILL, "fill"),
 ];
 
 /// Memory that a file may take when it is read: so many bytes, and so many per byte of the file.
@@ -82,14 +88,20 @@ impl Counts {
         }
     }
 
-    /// Whether a file of `length` bytes accounts for the memory that these counts take.
-    fn fit(&self, length: u64) -> bool {
-        let most = MAX_ELEMENTS as u64;
-        let [vertices, indices] = [[self.vertices, self.wood_vertices], [self.indices, self.wood_indices]];
-        let within = self.leaves <= MAX_LEAVES as u64 && vertices.iter().chain(&indices).all(|&count| count <= most);
+    /// Length of the smallest file that accounts for the memory that reading these elements takes,
+    /// `copied` vertices and indices among them in copies of shapes. `None` if that is too much.
+    fn least_bytes(&self, copied: Option<[u64; 2]>) -> Option<u64> {
+        let [in_copies, most] = [copied.unwrap_or_default(), [MAX_ELEMENTS as u64; 2]];
+        let all = [self.vertices, self.indices, self.wood_vertices, self.wood_indices];
+        let within = self.leaves <= MAX_LEAVES as u64 && all.iter().all(|&count| count <= most[0]);
+        if !within || in_copies[0] > self.vertices || in_copies[1] > self.indices {
+            return None;
+        }
         // A leaf, vertex or index in memory, its columns and their bytes while they are decoded.
-        let bytes = || 128 * self.leaves + 80 * vertices.iter().sum::<u64>() + 12 * indices.iter().sum::<u64>();
-        within && bytes() <= MEMORY[0] + MEMORY[1] * length
+        let leaves = (128 + 96 * u64::from(copied.is_some())) * self.leaves;
+        let vertices = 80 * (self.vertices - in_copies[0] + self.wood_vertices) + 48 * in_copies[0];
+        let indices = 12 * (self.indices - in_copies[1] + self.wood_indices) + 4 * in_copies[1];
+        Some((leaves + vertices + indices).saturating_sub(MEMORY[0]).div_ceil(MEMORY[1]))
     }
 }
 
@@ -103,21 +115,14 @@ struct PackedTexture<'a> {
 
 /// Encodes a sound model.
 pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
-    let packed = encode_by(model, Packing::Tight)?;
-    match Counts::of(model).fit(packed.len() as u64) {
-        true => Ok(packed),
-        false => encode_by(model, Packing::Loose),
-    }
-}
-
-fn encode_by(model: &FoliageModel, packing: Packing) -> Result<Vec<u8>> {
+    let counts = Counts::of(model);
     let about = About {
         name: model.name.clone(),
         recipe: model.recipe.clone(),
         max_scale: model.max_scale,
         materials: model.materials.clone(),
         precision: model.precision,
-        counts: Counts::of(model),
+        counts,
     };
     let texture = |texture: &'_ Texture| PackedTexture {
         name: texture.name.clone(),
@@ -125,28 +130,63 @@ fn encode_by(model: &FoliageModel, packing: Packing) -> Result<Vec<u8>> {
         bytes: Cow::Owned(texture.bytes.clone()),
     };
     let textures: Vec<PackedTexture<'_>> = model.textures.iter().map(texture).collect();
+    let LeafSections { leaves, vertices, shapes, copied } = LeafSections::encode(model)?;
     let records = [
         encode(&about)?,
-        encode(&Leaves::encode(&model.leaves, packing))?,
-        encode(&Foliage::encode(&model.leaves, &model.vertices, &model.indices, packing))?,
-        encode(&PackedWood::encode(&model.wood, packing))?,
+        leaves,
+        vertices,
+        encode(&PackedWood::encode(&model.wood))?,
         encode(&textures)?,
-        encode(&model.outlines)?,
-        encode(&model.growth)?,
-        encode(&model.recipe.intrinsic)?,
+        shapes,
+        encode_if(!model.outlines.is_empty(), &model.outlines)?,
+        encode_if(model.growth != Growth::default(), &model.growth)?,
+        encode_if(model.recipe.intrinsic != 0.0, &model.recipe.intrinsic)?,
+        Vec::new(),
     ];
-    let sections = SECTIONS.iter().zip(records).map(|((tag, _), record)| match *tag {
-        OUTLINES | GROWTH | INTRINSIC => (*tag, 0, record),
-        _ => (*tag, REQUIRED, record),
-    });
-    let is_needed = |tag: Tag| match tag {
-        OUTLINES => !model.outlines.is_empty(),
-        GROWTH => model.growth != Growth::default(),
-        INTRINSIC => model.recipe.intrinsic != 0.0,
-        _ => true,
-    };
-    let sections: Vec<_> = sections.filter(|(tag, ..)| is_needed(*tag)).collect();
+    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, FILL].contains(&tag);
+    let sections = SECTIONS
+        .iter()
+        .zip(records)
+        .map(|((tag, _), record)| (*tag, if is_required(*tag) { REQUIRED } else { 0 }, record));
+    let mut sections: Vec<(Tag, u32, Vec<u8>)> = sections.filter(|(.., record)| !record.is_empty()).collect();
+    let missing = counts.least_bytes(copied).unwrap_or_default().saturating_sub(joined_bytes(&sections));
+    if missing > 0 && missing <= MAX_FILE_BYTES {
+        sections.push((FILL, 0, vec![0; missing as usize]));
+    }
     join(&model.name, &sections)
+}
+
+/// Number of bytes that the leaves of a sound model take in its file.
+pub(in crate::model) fn leaf_bytes(model: &FoliageModel) -> Result<usize> {
+    let LeafSections { leaves, vertices, shapes, .. } = LeafSections::encode(model)?;
+    Ok(leaves.len() + vertices.len() + shapes.len())
+}
+
+/// The sections of leaves; that of shapes is empty if there are none.
+struct LeafSections {
+    leaves: Vec<u8>,
+    vertices: Vec<u8>,
+    shapes: Vec<u8>,
+    /// Numbers of vertices and of indices of copies, if there are any.
+    copied: Option<[u64; 2]>,
+}
+
+impl LeafSections {
+    fn encode(model: &FoliageModel) -> Result<Self> {
+        let (sources, copies) = Sources::of(model);
+        let shapes = (!copies.is_empty()).then(|| Shapes::encode(model, &sources, &copies));
+        Ok(Self {
+            leaves: encode(&Leaves::encode(&model.leaves))?,
+            vertices: encode(&Foliage::encode(model, &sources))?,
+            shapes: shapes.as_ref().map(encode).transpose()?.unwrap_or_default(),
+            copied: shapes.as_ref().map(Shapes::copied),
+        })
+    }
+}
+
+/// The record, or nothing if it is not needed.
+fn encode_if<T: Serialize>(is_needed: bool, record: &T) -> Result<Vec<u8>> {
+    if is_needed { encode(record) } else { Ok(Vec::new()) }
 }
 
 /// Decodes the sections of a file that are known.
@@ -164,6 +204,7 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     let found = |tag: Tag| sections.iter().position(|section| section.tag == tag).map(|index| checked[index]);
     let of_tag = |tag: Tag| found(tag).ok_or_else(|| damaged(path, format!("no section {}", tag.escape_ascii())));
     let [about, leaves, foliage, wood, textures, ..] = SECTIONS.map(|(tag, _)| of_tag(tag));
+    let shapes = found(SHAPES).map(decode::<Shapes<'_>>).transpose();
     let outlines: Decoded<Vec<Outline>> = found(OUTLINES).map_or_else(|| Ok(Vec::new()), decode);
     let growth = found(GROWTH).map_or_else(|| Ok(Growth::default()), decode);
     let intrinsic = damaged_in(path, "INTR", found(INTRINSIC).map_or(Ok(0.0), decode))?;
@@ -172,13 +213,21 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     }
     let about: About = damaged_in(path, "ABOU", decode(about?))?;
     let counts = about.counts;
-    if !counts.fit(file.len() as u64) {
-        return Err(damaged(path, format!("{counts:?} in a file of {} bytes", file.len())));
+    let shapes = damaged_in(path, "SHAP", shapes)?;
+    let copied = shapes.as_ref().map(Shapes::copied);
+    if counts.least_bytes(copied).is_none_or(|least| least > file.len() as u64) {
+        return Err(damaged(path, format!("{counts:?}, {copied:?} in copies, in a file of {} bytes", file.len())));
     }
-    let [vertices, indices] = [counts.vertices as usize, counts.indices as usize];
     let mut leaves = damaged_in(path, "LEAF", decode_leaves(leaves?, counts.leaves as usize))?;
-    let foliage = decode::<Foliage<'_>>(foliage?).and_then(|record| record.decode(&mut leaves, [vertices, indices]));
-    let (vertices, indices) = damaged_in(path, "VERT", foliage)?;
+    let sources = shapes.as_ref().map_or_else(|| Ok(Sources::own(leaves.len())), |shapes| shapes.sources(leaves.len()));
+    let sources = damaged_in(path, "SHAP", sources)?;
+    let of_leaves = [counts.vertices, counts.indices].map(|count| count as usize);
+    let copied = copied.unwrap_or_default().map(|count| count as usize);
+    let foliage = decode::<Foliage<'_>>(foliage?);
+    let foliage = foliage.and_then(|record| record.decode(&mut leaves, &sources, of_leaves, copied));
+    let (mut vertices, indices) = damaged_in(path, "VERT", foliage)?;
+    let copies = shapes.map_or_else(|| Ok(Vec::new()), |shapes| shapes.decode(&leaves, &sources, &mut vertices));
+    let copies = damaged_in(path, "SHAP", copies)?;
     let wood_counts = [counts.wood_vertices as usize, counts.wood_indices as usize];
     let wood = decode::<PackedWood<'_>>(wood?).and_then(|record| record.decode(wood_counts));
     let plant = PlantOf {
@@ -201,6 +250,7 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
         max_scale: about.max_scale,
         precision: about.precision,
         growth: damaged_in(path, "GROW", growth)?,
+        copies,
     })
 }
 

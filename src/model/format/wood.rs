@@ -1,10 +1,6 @@
 //! The section of wood.
 
-use super::{
-    fault::Decoded,
-    ints::{Ints, Packing},
-    vertices::Vertices,
-};
+use super::{fault::Decoded, ints::Ints, vertices::Vertices};
 use crate::plant::{Wood, WoodPart};
 use serde::{Deserialize, Serialize};
 
@@ -18,11 +14,11 @@ pub(super) struct PackedWood<'a> {
 }
 
 impl PackedWood<'_> {
-    pub(super) fn encode(wood: &Wood, packing: Packing) -> PackedWood<'static> {
+    pub(super) fn encode(wood: &Wood) -> PackedWood<'static> {
         PackedWood {
             parts: wood.parts.clone(),
-            indices: Ints::encode(&wood.indices, packing),
-            vertices: Vertices::encode(&wood.vertices, |_| None, packing),
+            indices: Ints::encode(&wood.indices),
+            vertices: Vertices::encode(&wood.vertices, |_| None),
         }
     }
 
@@ -33,7 +29,7 @@ impl PackedWood<'_> {
             indices: self.indices.decode(indices)?,
             parts: self.parts,
         };
-        self.vertices.decode(&mut wood.vertices, |_| None)?;
+        self.vertices.decode(vertices, |i| (i, None), &mut wood.vertices)?;
         Ok(wood)
     }
 }

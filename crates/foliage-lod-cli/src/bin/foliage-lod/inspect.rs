@@ -19,7 +19,11 @@ use foliage_lod::{
 };
 use indicatif::{DecimalBytes, HumanCount};
 use serde_json::{Map, Value, json};
-use std::{collections::BTreeMap, io::Read, path::Path};
+use std::{
+    collections::{BTreeMap, HashSet},
+    io::Read,
+    path::Path,
+};
 
 /// Percentages of the leaves at which the error curve is printed.
 const CURVE_PERCENTS: [u32; 9] = [100, 90, 80, 70, 50, 30, 15, 5, 1];
@@ -175,7 +179,17 @@ fn tell_storage(file: &ModelFile) -> Result<(), Failure> {
     let a_leaf = bytes(total as f64 / file.model.leaves.len().max(1) as f64);
     let size = DecimalBytes(total);
     output::line(format_args!("file: version {}, {size}, {a_leaf} a leaf: {}", file.version, parts.join(", ")))?;
+    let (copies, shapes) = (file.model.copies.len(), shapes(&file.model));
+    if copies > 0 {
+        let [copies, shapes] = [copies, shapes].map(|count| HumanCount(count as u64));
+        output::line(format_args!("shapes: {shapes}, of which {copies} leaves are copies"))?;
+    }
     output::line(format_args!("precision: {}", precision_line(&file.model.precision)))
+}
+
+/// Number of shapes that leaves share.
+fn shapes(model: &FoliageModel) -> usize {
+    model.copies.iter().map(|copy| copy.of).collect::<HashSet<_>>().len()
 }
 
 /// Prints how much of the leaves is left to draw within their outlines, if there are any.
@@ -278,6 +292,8 @@ fn model_json(file: &ModelFile) -> Value {
         "bytes": bytes_by(&file.parts),
         "skipped": bytes_by(&file.skipped),
         "precision": output::precision_json(&model.precision),
+        "shapes": shapes(model),
+        "copies": model.copies.len(),
         "outlines": model.outlines.len(),
         "area_left": model.to_plant().trimmed_share(),
         "error_curve": curve,

@@ -1,0 +1,56 @@
+//! Species and scenes.
+
+use super::survive_reading;
+use crate::mutate::{Random, damage_text};
+use foliage_lod::grow::Species;
+use std::path::Path;
+
+pub const SPECIES: [&str; 3] = [
+    include_str!("../../data/species/english-oak.toml"),
+    include_str!("../../data/species/carya-illinoinensis.toml"),
+    include_str!("../../data/species/betula-populifolia.toml"),
+];
+const SPECIES_WORDS: &str = "= [leaf] [[levels]] # \" ''' \"🌳\nä\" ä true [0,300,-1] { 0x7fffffffffffffff 180.0 \"flame\" \
+    1979-05-27T07:32:00Z levels";
+
+#[test]
+fn damaged_species_are_refused_or_sound() {
+    let make = |random: &mut Random| damage_text(random.pick(&SPECIES), SPECIES_WORDS, random);
+    survive_reading("species", &["accepted", "unreadable"], make, |text| {
+        let species = Species::from_toml(&String::from_utf8_lossy(text), Path::new("hostile.toml"))?;
+        species.validate().expect("an accepted species is valid");
+        Ok(())
+    });
+}
+
+#[cfg(feature = "scene")]
+const SCENES: [&str; 3] = [
+    include_str!("../../data/scenes/turntable.toml"),
+    include_str!("../../data/scenes/nine-trees.toml"),
+    include_str!("../../data/scenes/forest.toml"),
+];
+#[cfg(feature = "scene")]
+const SCENE_WORDS: &str = "= [lod] [effects.wind] [[plants]] [[scatter]] # \" ''' \"oak\\n\" ä true false [0,1e300,-1] nan inf \
+    99999999999 policy = \"sizes\" shares = [[1,1]] [camera] path eye = [0,0,0]";
+
+#[cfg(feature = "scene")]
+#[test]
+fn damaged_scenes_are_refused_or_place_their_plants() {
+    use foliage_lod::scene::SceneFile;
+    let make = |random: &mut Random| damage_text(random.pick(&SCENES), SCENE_WORDS, random);
+    survive_reading("scenes", &["accepted", "unreadable"], make, |text| {
+        let scene = SceneFile::from_toml(&String::from_utf8_lossy(text), Path::new("hostile.toml"))?;
+        scene.effects.check().expect("accepted effects are in range");
+        for seconds in [-1e300, 0.0, 7.5, 1e300] {
+            let is_finite =
+                scene.look_at(seconds, 1.0, 0.1).is_none_or(|view| view.eye.is_finite() && view.target.is_finite());
+            assert!(is_finite, "{seconds}: {:?}", scene.look_at(seconds, 1.0, 0.1));
+        }
+        for scatter in scene.scatter.iter().filter(|scatter| scatter.count <= 2000) {
+            // Too many plants for the area is an error; placed plants have a finite transform.
+            let spots = scatter.spots().unwrap_or_default();
+            assert!(spots.iter().all(|spot| spot.at.is_finite() && spot.scale > 0.0 && spot.turn.is_finite()));
+        }
+        Ok(())
+    });
+}
