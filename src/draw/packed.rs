@@ -17,12 +17,12 @@
 use super::{
     quads::Quads,
     records::{
-        CrownRecord, Event, LEAST_WIDTH, LeafVertex, LookRecord, NO_EXTRA, NO_NORMAL, PackedCorner, PackedLeaf,
-        PackedWood, PackingRecord, TRIMMED_CORNERS, WIDTH_STEPS, WoodVertex,
+        CrownRecord, Event, LEAF_BITS, LEAST_WIDTH, LeafVertex, LookRecord, NO_EXTRA, NO_NORMAL, PackedCorner,
+        PackedLeaf, PackedWood, PackingRecord, WIDTH_STEPS, WoodVertex,
     },
     upload::Upload,
 };
-use crate::{bounds::Aabb, plant::Outline};
+use crate::bounds::Aabb;
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -85,7 +85,6 @@ impl Packed {
         let grid = Grid::of_pivots(Aabb::of_points(upload.leaves.iter().map(|leaf| leaf.pivot)), &reaches);
         let color = largest_color(&upload.leaf_vertices);
         let trimmed = upload.trimmed(quads);
-        let mut outlines = Vec::new();
         let is_even = |leaf| {
             let mut colors = corners_of(leaf).map(|corner| corner.color);
             let first = colors.next();
@@ -98,14 +97,7 @@ impl Packed {
             let uvs = || corners_of(leaf).map(|corner| Vec2::from(corner.uv));
             let (origin, pivot) = grid.place(record.pivot);
             let mut look = look(origin, record.material, color, reach, uvs(), record.uv_size);
-            if let Some(outline) = trimmed.outlines[leaf] {
-                let bits = outline_bits(outline, &look);
-                let row = outlines.iter().position(|row| *row == bits).unwrap_or_else(|| {
-                    outlines.push(bits);
-                    outlines.len() - 1
-                });
-                look.outline = row as u32 * TRIMMED_CORNERS;
-            }
+            look.outline = trimmed.leaves[leaf];
             numbers.push(looks.number(look));
             let even = corners_of(leaf).next().filter(|_| has_even_colors);
             let color = even.map_or(0xff_ffff, |corner| color_bits(corner.color, color, 8));
@@ -123,7 +115,9 @@ impl Packed {
         self.packing.quads_per_leaf = quads_per_leaf(&quads.ends);
         if self.packing.quads_per_leaf == 0 {
             let leaves = (0_u32..).zip(quads.ends.windows(2));
-            self.extras.extend(leaves.flat_map(|(leaf, ends)| (ends[0]..ends[1]).map(move |_| leaf)));
+            let most = u32::MAX >> LEAF_BITS;
+            let quads = leaves.flat_map(|(leaf, ends)| (0..ends[1] - ends[0]).map(move |quad| (leaf, quad)));
+            self.extras.extend(quads.map(|(leaf, quad)| leaf | quad.min(most) << LEAF_BITS));
         }
         self.packing.first_color = NO_EXTRA;
         if !has_even_colors {
@@ -139,7 +133,7 @@ impl Packed {
             self.extras.extend(numbers);
         }
         self.packing.first_outline = self.extras.len() as u32;
-        self.extras.extend_from_slice(outlines.as_flattened());
+        self.extras.extend_from_slice(&trimmed.extras);
     }
 
     fn pack_wood(&mut self, upload: &Upload, looks: &mut Looks) {
@@ -179,7 +173,7 @@ fn wood_look(origin: Vec3, vertex: &WoodVertex) -> LookRecord {
         uv_size: [WOOD_UV; 2],
         shown: [1.0; 2],
         outline: NO_EXTRA,
-        padding: 0,
+        farther: 0.0,
     }
 }
 
@@ -209,7 +203,7 @@ fn look(
         uv_size: (high - low).to_array().map(|size| unit_of_length(size.max(1.0))),
         shown,
         outline: NO_EXTRA,
-        padding: 0,
+        farther: 0.0,
     }
 }
 
@@ -252,12 +246,6 @@ fn color_bits(color: [f32; 3], largest: Vec3, bits: u32) -> u32 {
     let steps = ((1 << bits) - 1) as f32;
     let root = |axis: usize| ((color[axis].max(0.0) / largest[axis]).sqrt() * steps).round() as u32;
     root(0) | root(1) << bits | root(2) << (2 * bits)
-}
-
-/// Corners of an outline; the last one is repeated.
-fn outline_bits(outline: &Outline, look: &LookRecord) -> [u32; TRIMMED_CORNERS as usize] {
-    let corners = &outline.corners;
-    std::array::from_fn(|i| corners.get(i).or(corners.last()).map_or(0, |&uv| uv_bits(uv, look)))
 }
 
 fn uv_bits(uv: [f32; 2], look: &LookRecord) -> u32 {
@@ -406,7 +394,8 @@ mod tests {
     fn corner(packed: &Packed, at: usize) -> (Vec3, Vec3, Vec2, Vec3, u32) {
         let PackingRecord { grid_step, quads_per_leaf, first_color, first_look, .. } = packed.packing;
         let quad = at as u32 / 4;
-        let number = quad.checked_div(quads_per_leaf).unwrap_or_else(|| packed.extras[quad as usize]);
+        let number =
+            quad.checked_div(quads_per_leaf).unwrap_or_else(|| packed.extras[quad as usize] & ((1 << LEAF_BITS) - 1));
         let (leaf, bits) = (packed.leaves[number as usize], packed.corners[at]);
         let own = leaf.color_look >> 24;
         let row = if first_look == NO_EXTRA { own } else { packed.extras[(first_look + number) as usize] };
