@@ -30,7 +30,8 @@ struct LeafRecord {
 // item: index of the plant's record, and of the run within the plant.
 @vertex
 fn leaf_corner(@builtin(vertex_index) corner: u32, @location(0) item: vec2<u32>) -> Surface {
-    return leaf_surface(corner, item, frame.clip_from_anchor);
+    let drawn = drawn_corner(corner, item);
+    return leaf_surface(drawn, outline_word(drawn, frame.clip_from_anchor), frame.clip_from_anchor);
 }
 
 // A corner of a leaf, its offset from the pivot.
@@ -39,80 +40,107 @@ struct Corner {
     normal: vec3<f32>,
     uv: vec2<f32>,
     color: vec3<f32>,
+    // Place on the quad, from 0 to 1 both ways; NO_QUAD for a triangle.
+    on_quad: vec2<f32>,
 }
 
-// Corners of a run's quads are followed by those of its trimmed cards.
-fn leaf_surface(corner_in_run: u32, item: vec2<u32>, clip_from_anchor: mat4x4<f32>) -> Surface {
+// A corner to draw: of which quad of which leaf of which plant.
+struct Drawn {
+    is_drawn: bool,
+    item: u32,
+    instance: Instance,
+    number: u32,
+    leaf: LeafRecord,
+    look: Look,
+    pivot: vec3<f32>,
+    scale: f32,
+    // First corner of the quad, and which quad of the leaf it is.
+    first: u32,
+    nth: u32,
+    // Which corner of the quad or of its outline.
+    place: u32,
+    is_trimmed: bool,
+}
+
+// Corners of a run's quads are followed by those of its trimmed quads.
+fn drawn_corner(corner_in_run: u32, item: vec2<u32>) -> Drawn {
     let is_trimmed = corner_in_run >= 4u * RUN_QUADS;
     let sides = select(4u, TRIMMED_CORNERS, is_trimmed);
     let from_first = corner_in_run - select(0u, 4u * RUN_QUADS, is_trimmed);
     let quad = item.y * RUN_QUADS + from_first / sides;
     if 4u * quad >= arrayLength(&corners) {
-        return Surface();
+        return Drawn();
     }
     let instance = instances[item.x];
-    let number = leaf_of(quad);
+    let of_leaf = leaf_of(quad);
+    let number = of_leaf.x;
     if number >= instance.drawn {
-        return Surface();
+        return Drawn();
     }
-    var surface = surface_of(item.x, instance);
     let leaf = leaves[number];
     let look = looks[look_of(number, leaf)];
     let pivot = grid_point(leaf.pivot_xy, leaf.pivot_z_seed, packing.grid_step, look);
-    let place = from_first % sides;
-    var corner: Corner;
-    if is_trimmed && look.outline != NO_EXTRA {
-        let bits = extras[packing.first_outline + look.outline + place];
-        corner = outline_corner(4u * quad, uv_of(bits, look), number, leaf, look);
-    } else {
-        corner = quad_corner(4u * quad + min(place, 3u), number, leaf, look);
-    }
     let scale = drawn_scale(number, leaf.first_event, leaves[number + 1u].first_event, instance) * instance.leaf_scale;
-    let moved = moved_leaf(pivot, corner.offset * scale, corner.normal, number, item.x);
-    surface.position_local = moved.position;
-    surface.clip = clip_from_anchor * vec4(in_anchor_space(moved.position, instance), 1.0);
-    surface.uv = corner.uv;
-    surface.color = corner.color;
-    surface.normal = moved.normal;
-    surface.material = look.material;
-    surface.leaf = number;
-    surface.seed = leaf.pivot_z_seed & 0xffff0000u;
-    surface.share = 1.0;
-    surface.kept = kept_at(scale);
-    surface.uv_size = look.shown;
-    return surface;
-}
-
-fn quad_corner(at: u32, number: u32, leaf: LeafRecord, look: Look) -> Corner {
-    let bits = corners[at];
-    let offset = vec3(unpack2x16snorm(bits.offset_xy), unpack2x16snorm(bits.offset_z_normal).x) * look.size;
-    return Corner(offset, normal_of(bits.offset_z_normal), uv_of(bits.uv, look), leaf_tint(number, leaf, at, look));
-}
-
-// The point of a card that shows `uv`.
-fn outline_corner(first: u32, uv: vec2<f32>, number: u32, leaf: LeafRecord, look: Look) -> Corner {
-    let a = quad_corner(first, number, leaf, look);
-    let b = quad_corner(first + 1u, number, leaf, look);
-    let c = quad_corner(first + 2u, number, leaf, look);
-    let d = quad_corner(first + 3u, number, leaf, look);
-    let ab = b.uv - a.uv;
-    let ad = d.uv - a.uv;
-    let s = dot(uv - a.uv, ab) / dot(ab, ab);
-    let t = dot(uv - a.uv, ad) / dot(ad, ad);
-    return Corner(
-        mix(mix(a.offset, b.offset, s), mix(d.offset, c.offset, s), t),
-        mix(mix(a.normal, b.normal, s), mix(d.normal, c.normal, s), t),
-        uv,
-        mix(mix(a.color, b.color, s), mix(d.color, c.color, s), t),
+    return Drawn(
+        true, item.x, instance, number, leaf, look, pivot, scale, 4u * quad, of_leaf.y, from_first % sides, is_trimmed,
     );
 }
 
-// Leaf of a quad.
-fn leaf_of(quad: u32) -> u32 {
-    if packing.quads_per_leaf == 0u {
-        return extras[quad];
+// word: see outline_word.
+fn leaf_surface(drawn: Drawn, word: u32, clip_from_anchor: mat4x4<f32>) -> Surface {
+    if !drawn.is_drawn {
+        return Surface();
     }
-    return quad / packing.quads_per_leaf;
+    var corner: Corner;
+    if word == NO_EXTRA {
+        corner = quad_corner(drawn.first + min(drawn.place, 3u), drawn);
+    } else {
+        corner = outline_corner(word, drawn);
+    }
+    var surface = surface_of(drawn.item, drawn.instance);
+    let moved = moved_corner(corner, drawn);
+    surface.position_local = moved.position;
+    surface.clip = clip_from_anchor * vec4(in_anchor_space(moved.position, drawn.instance), 1.0);
+    surface.uv = corner.uv;
+    surface.middle = vec4(corner.uv, corner.on_quad);
+    surface.color = corner.color;
+    surface.normal = moved.normal;
+    surface.material = drawn.look.material;
+    surface.leaf = drawn.number;
+    surface.seed = drawn.leaf.pivot_z_seed & 0xffff0000u;
+    surface.share = 1.0;
+    surface.kept = kept_at(drawn.scale);
+    surface.uv_size = drawn.look.shown;
+    return surface;
+}
+
+fn moved_corner(corner: Corner, drawn: Drawn) -> Moved {
+    return moved_leaf(drawn.pivot, corner.offset * drawn.scale, corner.normal, drawn.number, drawn.item);
+}
+
+fn quad_corner(at: u32, drawn: Drawn) -> Corner {
+    let bits = corners[at];
+    let look = drawn.look;
+    let offset = vec3(unpack2x16snorm(bits.offset_xy), unpack2x16snorm(bits.offset_z_normal).x) * look.size;
+    let tint = leaf_tint(drawn.number, drawn.leaf, at, look);
+    let nth = at - drawn.first;
+    let on_quad = select(vec2(f32(nth == 1u || nth == 2u), f32(nth >= 2u)), NO_QUAD, is_triangle(drawn.first));
+    return Corner(offset, normal_of(bits.offset_z_normal), uv_of(bits.uv, look), tint, on_quad);
+}
+
+// Whether the last two corners of a quad are the same.
+fn is_triangle(first: u32) -> bool {
+    let c = corners[first + 2u];
+    let d = corners[first + 3u];
+    return c.offset_xy == d.offset_xy && c.offset_z_normal == d.offset_z_normal && c.uv == d.uv;
+}
+
+// Leaf of a quad, and which of its quads it is.
+fn leaf_of(quad: u32) -> vec2<u32> {
+    if packing.quads_per_leaf == 0u {
+        return vec2(extras[quad] & ((1u << LEAF_BITS) - 1u), extras[quad] >> LEAF_BITS);
+    }
+    return vec2(quad / packing.quads_per_leaf, quad % packing.quads_per_leaf);
 }
 
 fn look_of(number: u32, leaf: LeafRecord) -> u32 {

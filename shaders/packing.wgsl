@@ -13,15 +13,18 @@ struct Look {
     uv_size: vec2<f32>,
     // Width and height of the part of the texture that a leaf shows.
     shown: vec2<f32>,
-    // Extra after the first outline's with the first corner of the leaf's outline, or NO_EXTRA.
+    // Extra after the first outline's for the leaf's first quad, or NO_EXTRA.
     outline: u32,
+    // Levels by which outlines must reach farther than the mip levels call for.
+    farther: f32,
 }
 
 struct Packing {
     // Steps of pivots and of the wood's positions, in local space.
     grid_step: f32,
     wood_step: f32,
-    // 0 if leaves differ; the first extras are then the leaves of all quads.
+    // 0 if leaves differ; the first extras are then the leaves of all quads, and which quad of its
+    // leaf each is.
     quads_per_leaf: u32,
     // Extra with the colour of the first corner, or NO_EXTRA.
     first_color: u32,
@@ -29,7 +32,7 @@ struct Packing {
     first_look: u32,
     // 1 if the widths of stems are in looks.
     widths_in_looks: u32,
-    // Extra with the first corner of the first outline.
+    // First extra of the outlines.
     first_outline: u32,
 }
 

@@ -16,6 +16,8 @@ struct Frame {
     plants: u32,
     // Jitter of the picture, in clip space.
     jitter: vec2<f32>,
+    // Half of the picture's width and height.
+    half_size_px: vec2<f32>,
 }
 
 // One plant to draw.
@@ -97,6 +99,9 @@ struct Surface {
     @location(12) @interpolate(flat) upwards: vec3<f32>,
     // Fraction of the colour's distance from the plant's mean that is kept.
     @location(13) @interpolate(flat) kept: f32,
+    // In the middle of the pixel, covered or not: uv, and the place on the quad, from 0 to 1 both
+    // ways; outside that range for other surfaces. Triangles that meet within a pixel agree there.
+    @location(14) @interpolate(perspective, center) middle: vec4<f32>,
 }
 
 // Position and normal of a leaf's vertex after scaling and wind.
@@ -112,7 +117,10 @@ struct Shaded {
 
 fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     let material = materials[surface.material];
-    let texel = texel(material, surface.uv, surface.uv_size, surface.seed);
+    let on_quad = surface.middle.zw;
+    let is_on_quad = all(on_quad >= vec2(0.0)) && all(on_quad <= vec2(1.0));
+    let uv = select(surface.uv, surface.middle.xy, is_on_quad);
+    let texel = texel(material, uv, surface.middle.xy, surface.uv_size, surface.seed);
     var coverage = texel.coverage * surface.share;
     var dither = texel.dither;
     if surface.share < 1.0 {
@@ -146,6 +154,9 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     }
     return Shaded(vec4(encoded(color), 1.0), samples);
 }
+
+// Place beside any quad.
+const NO_QUAD: vec2<f32> = vec2(-1.0);
 
 fn in_anchor_space(position_local: vec3<f32>, instance: Instance) -> vec3<f32> {
     let rows = instance.anchor_from_local;
@@ -190,7 +201,7 @@ fn covered_samples(coverage: f32, dither: f32, seed: u32) -> u32 {
 
 // Whether the surface is transparent here, for passes with one sample per pixel.
 fn is_hole(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> bool {
-    let texel = texel(material, uv, uv_size, seed);
+    let texel = texel(material, uv, uv, uv_size, seed);
     return texel.coverage + texel.dither < 1.0;
 }
 
@@ -205,15 +216,11 @@ struct Texel {
     dither: f32,
 }
 
+// middle_uv: texture coordinates whose change from pixel to pixel is that of the surface.
 // The full texture's alpha is compared with the cutoff; the alpha of its mip levels is coverage.
-fn texel(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> Texel {
+fn texel(material: Material, uv: vec2<f32>, middle_uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> Texel {
     let size = vec2<f32>(textureDimensions(textures));
-    let right = dpdx(uv) * size;
-    let down = dpdy(uv) * size;
-    let footprint = 0.5 * log2(max(max(dot(right, right), dot(down, down)), 1e-12)) - FINER_LEVELS;
-    // Texels that are not small compared with the surface would mix in what lies beside it.
-    let shown = max(uv_size * size, vec2(1.0));
-    let level = min(footprint, log2(min(shown.x, shown.y)) - LEVELS_ACROSS);
+    let level = mip_level(dpdx(middle_uv) * size, dpdy(middle_uv) * size, uv_size * size);
     let minified = clamp(level, 0.0, 1.0);
     let inside = vec2(wrapped(uv.x, material.wrap.x), wrapped(uv.y, material.wrap.y));
     let full = textureSampleLevel(textures, filtering, inside, material.layer, 0.0).a;
@@ -237,6 +244,15 @@ fn texel(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> Te
     // Texels are multiplied by alpha.
     let color = filtered.rgb / max(filtered.a, LEAST_ALPHA);
     return Texel(color, select(1.0, coverage, material.cutoff > 0.0), dither);
+}
+
+// Mip level of a surface that shows `shown` texels, if a pixel's step to the right and one down are
+// so many texels.
+fn mip_level(right: vec2<f32>, down: vec2<f32>, shown: vec2<f32>) -> f32 {
+    let footprint = 0.5 * log2(max(max(dot(right, right), dot(down, down)), 1e-12)) - FINER_LEVELS;
+    // Texels that are not small compared with the surface would mix in what lies beside it.
+    let across = max(shown, vec2(1.0));
+    return min(footprint, log2(min(across.x, across.y)) - LEVELS_ACROSS);
 }
 
 // Hash of a cell of a surface, from 0 to below 1.

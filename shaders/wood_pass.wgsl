@@ -44,6 +44,7 @@ fn wood_surface(number: u32, vertex: WoodVertex, clip_from_anchor: mat4x4<f32>) 
     surface.clip = clip_from_anchor * vec4(in_anchor_space(surface.position_local, instance), 1.0);
     surface.clip.z = select(surface.clip.z, thin.z / thin.w * surface.clip.w, any(wide != rest));
     surface.uv = vertex.uv;
+    surface.middle = vec4(vertex.uv, NO_QUAD);
     surface.material = vertex.look.material;
     surface.uv_size = vertex.look.shown;
     return surface;

@@ -10,13 +10,17 @@ use crate::{
 use serde::{Deserialize, Serialize};
 
 mod canonical;
+mod cards;
+mod convex;
 mod outline;
 #[cfg(feature = "simplify")]
 mod trim;
 #[cfg(feature = "simplify")]
 pub(crate) use canonical::canonical;
-pub(crate) use outline::Outlines;
+pub(crate) use cards::{Card, cards};
+pub(crate) use convex::{Point, clipped, crossing, cut, is_convex, turn};
 pub use outline::{MAX_OUTLINES, OUTLINE_CORNERS, Outline};
+pub(crate) use outline::{Outlines, at_level, moved};
 #[cfg(feature = "simplify")]
 pub use trim::TRIM_CORNERS;
 

@@ -84,9 +84,14 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
             &module,
             FrameRecord,
             "Frame",
-            [clip_from_anchor, clip_from_anchor_before, light_from_anchor, eye, plants, jitter]
+            [clip_from_anchor, clip_from_anchor_before, light_from_anchor, eye, plants, jitter, half_size_px]
         );
-        assert_layout!(&module, LookRecord, "Look", [origin, material, color, size, uv_low, uv_size, shown, outline]);
+        assert_layout!(
+            &module,
+            LookRecord,
+            "Look",
+            [origin, material, color, size, uv_low, uv_size, shown, outline, farther]
+        );
         assert_layout!(
             &module,
             PackingRecord,

@@ -59,23 +59,32 @@ fn pictures_of_the_three_species_keep_every_byte() {
     }
 }
 
+/// Trees whose cards are rectangles, trapezia in threes, and bent.
+const OTHERS: [&str; 4] =
+    ["eztree_oak_medium.glb", "seedthree_whiteoak_LOD1_merged.glb", "CommonTree_1.glb", "ftlab_keyaki.glb"];
+
+/// A tree in the folder that `FOLIAGE_TREES` names.
+fn other(name: &str) -> Option<Plant> {
+    let Some(folder) = std::env::var_os("FOLIAGE_TREES").map(PathBuf::from) else {
+        eprintln!("skipped: FOLIAGE_TREES is not set");
+        return None;
+    };
+    Some(load(&folder.join(name), &ImportOptions::default()).unwrap().plant)
+}
+
 #[test]
 fn pictures_of_trees_made_by_others_keep_every_byte() {
-    let Some(folder) = std::env::var_os("FOLIAGE_TREES").map(PathBuf::from) else {
-        return eprintln!("skipped: FOLIAGE_TREES is not set");
-    };
-    for name in ["eztree_oak_medium.glb", "seedthree_whiteoak_LOD1_merged.glb"] {
-        let plant = load(&folder.join(name), &ImportOptions::default()).unwrap().plant;
+    for (name, plant) in OTHERS.iter().filter_map(|name| Some((name, other(name)?))) {
         assert!(check(&plant, TRIM_CORNERS), "{name}");
     }
 }
 
 #[test]
-fn leaves_without_alpha_or_with_unlike_texture_coordinates_have_no_outline() {
+fn leaves_without_alpha_have_no_outline_and_slanted_cards_have_one() {
     assert!(!check(&plants::quads(50, 3.0, 1), TRIM_CORNERS));
     let mut oak = grown("english-oak", 50);
     oak.vertices.iter_mut().step_by(4).for_each(|vertex| vertex.uv[0] += 0.01);
-    assert!(!check(&oak, TRIM_CORNERS));
+    assert!(check(&oak, TRIM_CORNERS));
 }
 
 fn model(plant: &Plant) -> FoliageModel {
@@ -116,30 +125,37 @@ mod on_the_gpu {
     use common::gpu::{difference, gpu};
     use foliage_lod::{
         FoliageRenderer, Instance, Look,
-        gpu::{Offscreen, TARGET},
+        gpu::{GpuDevice, Offscreen, TARGET},
         stochastic::shuffled,
     };
     use glam::DAffine3;
 
-    const SIDE: u32 = 192;
+    /// Draws a model on the GPU.
+    struct Drawer {
+        target: Offscreen,
+        foliage: FoliageRenderer,
+        sphere: foliage_lod::bounds::Sphere,
+        active: f32,
+        id: foliage_lod::draw::ModelId,
+    }
 
-    /// Pictures of a model at several sizes, each without and with leaves.
-    fn pictures(plant: &Plant) -> Option<Vec<[Image; 2]>> {
-        let gpu = gpu()?;
-        let target = Offscreen::new(&gpu, [SIDE; 2]).unwrap();
-        let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, Look::default()).unwrap();
-        let model = shuffled(plant, 1).unwrap();
-        let id = foliage.add_model(gpu.device(), gpu.queue(), &model).unwrap();
-        let pictures = [0.25, 1.0, 4.0, 16.0, 64.0].map(|zoom| {
-            let mut camera = LookAt::framing(&plant.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.8, 1.0);
+    impl Drawer {
+        fn new(gpu: &GpuDevice, plant: &Plant, side: u32) -> Self {
+            let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, Look::default()).unwrap();
+            let model = shuffled(plant, 1).unwrap();
+            let id = foliage.add_model(gpu.device(), gpu.queue(), &model).unwrap();
+            let target = Offscreen::new(gpu, [side; 2]).unwrap();
+            Self { target, foliage, sphere: plant.sphere(), active: model.leaves.len() as f32, id }
+        }
+
+        /// A picture in which the plant is `zoom` times as large as its `side` pixels.
+        fn picture(&mut self, gpu: &GpuDevice, side: u32, zoom: f64, share: f32) -> Image {
+            let mut camera = LookAt::framing(&self.sphere, DVec3::new(0.45, 0.25, 1.0), 0.8, 1.0);
             camera.fov_y_radians /= zoom;
-            [0.0, model.leaves.len() as f32].map(|active| {
-                let instance = Instance::new(id, DAffine3::IDENTITY, active);
-                foliage.prepare(gpu.device(), gpu.queue(), camera.camera(SIDE), &[instance]).unwrap();
-                target.picture(&foliage).unwrap()
-            })
-        });
-        Some(pictures.into())
+            let instance = Instance::new(self.id, DAffine3::IDENTITY, share * self.active);
+            self.foliage.prepare(gpu.device(), gpu.queue(), camera.camera(side), &[instance]).unwrap();
+            self.target.picture(&self.foliage).unwrap()
+        }
     }
 
     /// Number of pixels that differ by more than a trace.
@@ -148,30 +164,63 @@ mod on_the_gpu {
         pixels.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 24)).count()
     }
 
-    /// Cards seen at a slant show coarse mip levels, whose faint borders are cut off: bytes differ
-    /// no more than between drawers, and as many pixels are covered within 0.5 %.
-    fn check(plant: &Plant) {
-        let Some((whole, trimmed)) = pictures(plant).zip(pictures(&trimmed(plant, TRIM_CORNERS))) else { return };
+    /// Largest mean difference of bytes, and of the number of covered pixels as a share.
+    fn differences(plant: &Plant, sides: &[u32], zooms: &[f64]) -> [f64; 2] {
+        let Some(gpu) = gpu() else { return [0.0; 2] };
+        let mut most = [0.0_f64; 2];
+        let trimmed = trimmed(plant, TRIM_CORNERS);
         let mut is_drawn_trimmed = false;
-        for ([bare, whole], [_, trimmed]) in whole.iter().zip(&trimmed) {
-            let (mean, _) = difference(whole, trimmed);
-            let [before, after] = [whole, trimmed].map(|picture| differing(bare, picture));
-            println!("{}: bytes differ by {mean:.3}, {after} pixels covered instead of {before}", plant.name);
-            is_drawn_trimmed |= whole != trimmed;
-            assert!(mean < 1.0, "{}: bytes differ by {mean}", plant.name);
-            assert!(after.abs_diff(before) <= 20 + before / 200, "{}: {after} instead of {before}", plant.name);
+        for &side in sides {
+            let mut drawers = [plant, &trimmed].map(|plant| Drawer::new(&gpu, plant, side));
+            for &zoom in zooms {
+                let bare = drawers[0].picture(&gpu, side, zoom, 0.0);
+                let [whole, trimmed] = drawers.each_mut().map(|drawer| drawer.picture(&gpu, side, zoom, 1.0));
+                let (mean, _) = difference(&whole, &trimmed);
+                let [before, after] = [&whole, &trimmed].map(|picture| differing(&bare, picture));
+                let changed = differing(&whole, &trimmed);
+                println!(
+                    "{} {side} x {zoom}: bytes differ by {mean:.4}, {changed} pixels by much, {after} covered instead of {before}",
+                    plant.name
+                );
+                is_drawn_trimmed |= whole != trimmed;
+                let covered = after.abs_diff(before).saturating_sub(10) as f64 / before.max(1) as f64;
+                most = [most[0].max(mean), most[1].max(covered)];
+            }
         }
         assert!(is_drawn_trimmed, "{}", plant.name);
+        most
+    }
+
+    /// Bytes differ by far less than between drawers, and nearly as many pixels are covered.
+    fn check(plant: &Plant) {
+        let [mean, covered] = differences(plant, &[192], &[4.0, 16.0, 64.0]);
+        assert!(mean < 0.3 && covered < 0.005, "{}: {mean}, {covered}", plant.name);
     }
 
     #[test]
     fn the_gpu_covers_as_many_pixels_within_outlines() {
         check(&grown("english-oak", 400));
         check(&grown("betula-populifolia", 400));
-        if let Some(folder) = std::env::var_os("FOLIAGE_TREES").map(PathBuf::from) {
-            for name in ["eztree_oak_medium.glb", "seedthree_whiteoak_LOD1_merged.glb"] {
-                check(&load(&folder.join(name), &ImportOptions::default()).unwrap().plant);
-            }
+        OTHERS.iter().filter_map(|name| other(name)).for_each(|plant| check(&plant));
+    }
+
+    /// The five trees by which trimming is measured, and two more.
+    fn measured() -> impl Iterator<Item = Plant> {
+        let grown = ["english-oak", "carya-illinoinensis", "betula-populifolia"]
+            .map(|species| grow(&Species::embedded(species).unwrap(), &GrowOptions::default()).unwrap());
+        grown.into_iter().chain(
+            ["eztree_oak_medium.glb", "CommonTree_1.glb", "seedthree_whiteoak_LOD1_merged.glb", "ftlab_keyaki.glb"]
+                .into_iter()
+                .filter_map(other),
+        )
+    }
+
+    /// `FOLIAGE_TREES=... cargo test --test trimmed differences -- --ignored --nocapture`
+    #[test]
+    #[ignore = "a measurement"]
+    fn differences_by_size() {
+        for plant in measured() {
+            println!("{:?}", differences(&plant, &[32, 64, 128, 256, 512], &[1.0, 4.0, 16.0]));
         }
     }
 }

@@ -10,7 +10,7 @@ use super::{
     records::{FrameRecord, InstanceRecord, NO_SCALES},
 };
 use crate::{Camera, bounds::largest_scale, model::Transition};
-use glam::{DAffine3, DMat4, DVec2, DVec3, Mat4};
+use glam::{DAffine3, DMat4, DVec2, DVec3, Mat4, Vec2};
 
 /// Camera of a frame list: the frame's own camera or the sun's.
 #[derive(Debug, Clone)]
@@ -18,6 +18,8 @@ pub struct Eye {
     /// Position of the frame's eye, from which the leaves are lit.
     at: DVec3,
     camera: Camera,
+    /// Half of the picture's width and height.
+    half_size_px: Vec2,
     scale: Scale,
     now: Anchored,
     pub(super) seconds: f64,
@@ -39,6 +41,7 @@ impl Eye {
         Self {
             at: camera.eye,
             camera,
+            half_size_px: Vec2::new(camera.aspect() as f32, 1.0) * (0.5 * camera.height_px as f32),
             scale: Scale::new(&jittered),
             now: Anchored::new(&jittered),
             seconds: frame.seconds,
@@ -83,7 +86,7 @@ impl Eye {
             eye: (self.at - self.now.anchor).as_vec3().to_array(),
             plants,
             jitter: self.jitter.as_vec2().to_array(),
-            padding: [0.0; 2],
+            half_size_px: self.half_size_px.to_array(),
         }
     }
 

@@ -21,13 +21,13 @@ mod looks;
 use super::{
     quads::Quads,
     records::{
-        CrownRecord, Event, LeafVertex, LookRecord, NO_EXTRA, PackedCorner, PackedLeaf, PackedWood, PackingRecord,
-        TRIMMED_CORNERS, WoodVertex,
+        CrownRecord, Event, LEAF_BITS, LeafVertex, LookRecord, NO_EXTRA, PackedCorner, PackedLeaf, PackedWood,
+        PackingRecord, WoodVertex,
     },
     upload::Upload,
 };
 use crate::bounds::Aabb;
-use bits::{color_bits, normal_bits, outline_bits, uv_bits, width_bits};
+use bits::{color_bits, normal_bits, uv_bits, width_bits};
 use glam::{Vec2, Vec3};
 use grid::Grid;
 use looks::{Looks, look, unit_of_length, wood_look};
@@ -81,7 +81,6 @@ impl Packed {
         let grid = Grid::of_pivots(Aabb::of_points(upload.leaves.iter().map(|leaf| leaf.pivot)), &reaches);
         let color = largest_color(&upload.leaf_vertices);
         let trimmed = upload.trimmed(quads);
-        let mut outlines = Vec::new();
         let is_even = |leaf| {
             let mut colors = corners_of(leaf).map(|corner| corner.color);
             let first = colors.next();
@@ -94,14 +93,7 @@ impl Packed {
             let uvs = || corners_of(leaf).map(|corner| Vec2::from(corner.uv));
             let (origin, pivot) = grid.place(record.pivot);
             let mut look = look(origin, record.material, color, reach, uvs(), record.uv_size);
-            if let Some(outline) = trimmed.outlines[leaf] {
-                let bits = outline_bits(outline, &look);
-                let row = outlines.iter().position(|row| *row == bits).unwrap_or_else(|| {
-                    outlines.push(bits);
-                    outlines.len() - 1
-                });
-                look.outline = row as u32 * TRIMMED_CORNERS;
-            }
+            look.outline = trimmed.leaves[leaf];
             numbers.push(looks.number(look));
             let even = corners_of(leaf).next().filter(|_| has_even_colors);
             let color = even.map_or(0xff_ffff, |corner| color_bits(corner.color, color, 8));
@@ -119,7 +111,9 @@ impl Packed {
         self.packing.quads_per_leaf = quads_per_leaf(&quads.ends);
         if self.packing.quads_per_leaf == 0 {
             let leaves = (0_u32..).zip(quads.ends.windows(2));
-            self.extras.extend(leaves.flat_map(|(leaf, ends)| (ends[0]..ends[1]).map(move |_| leaf)));
+            let most = u32::MAX >> LEAF_BITS;
+            let quads = leaves.flat_map(|(leaf, ends)| (0..ends[1] - ends[0]).map(move |quad| (leaf, quad)));
+            self.extras.extend(quads.map(|(leaf, quad)| leaf | quad.min(most) << LEAF_BITS));
         }
         self.packing.first_color = NO_EXTRA;
         if !has_even_colors {
@@ -135,7 +129,7 @@ impl Packed {
             self.extras.extend(numbers);
         }
         self.packing.first_outline = self.extras.len() as u32;
-        self.extras.extend_from_slice(outlines.as_flattened());
+        self.extras.extend_from_slice(&trimmed.extras);
     }
 
     fn pack_wood(&mut self, upload: &Upload, looks: &mut Looks) {
@@ -255,7 +249,8 @@ mod tests {
     fn corner(packed: &Packed, at: usize) -> (Vec3, Vec3, Vec2, Vec3, u32) {
         let PackingRecord { grid_step, quads_per_leaf, first_color, first_look, .. } = packed.packing;
         let quad = at as u32 / 4;
-        let number = quad.checked_div(quads_per_leaf).unwrap_or_else(|| packed.extras[quad as usize]);
+        let number =
+            quad.checked_div(quads_per_leaf).unwrap_or_else(|| packed.extras[quad as usize] & ((1 << LEAF_BITS) - 1));
         let (leaf, bits) = (packed.leaves[number as usize], packed.corners[at]);
         let own = leaf.color_look >> 24;
         let row = if first_look == NO_EXTRA { own } else { packed.extras[(first_look + number) as usize] };

@@ -21,8 +21,8 @@ pub struct FrameRecord {
     pub plants: u32,
     /// Jitter of the picture, in clip space.
     pub jitter: [f32; 2],
-    /// Padding to a multiple of 16 bytes.
-    pub padding: [f32; 2],
+    /// Half of the picture's width and height in pixels.
+    pub half_size_px: [f32; 2],
 }
 
 /// One plant instance, as the shaders read it.
@@ -57,8 +57,11 @@ pub const NO_SCALES: u32 = u32::MAX;
 /// Number of quads in one run, which is one instance of a leaf draw.
 pub const RUN_QUADS: u32 = 64;
 
-/// Number of corners that a trimmed card is drawn with; outlines of fewer repeat their last one.
+/// Number of corners that a trimmed quad is drawn with; outlines of fewer repeat their last one.
 pub const TRIMMED_CORNERS: u32 = 8;
+
+/// Bits of the number of a leaf beside that of a quad of it.
+pub const LEAF_BITS: u32 = 22;
 
 /// Value of [`PackingRecord::first_color`], [`PackingRecord::first_look`] and
 /// [`LookRecord::outline`] if there are none.
@@ -166,12 +169,15 @@ pub struct LookRecord {
     pub uv_size: [f32; 2],
     /// Width and height of the part of the texture that a leaf shows, in texture coordinates.
     pub shown: [f32; 2],
-    /// Extra after [`PackingRecord::first_outline`] with the first corner of the outline that the
-    /// leaf's cards are trimmed to, [`TRIMMED_CORNERS`] corners as in [`PackedCorner::uv`];
-    /// [`NO_EXTRA`] if they are drawn whole.
+    /// Extra after [`PackingRecord::first_outline`] for the leaf's first quad, or [`NO_EXTRA`] if
+    /// its quads are drawn whole. That extra has the place, after the same one, of the quad's
+    /// outlines: an extra of four bits for each mip level, which are the number of a row, or 15 for
+    /// none; then the rows. A row has [`TRIMMED_CORNERS`] corners, each with weights of 15 bits for
+    /// the quad's second and third corner, or if the next bit is set, for its fourth and third.
     pub outline: u32,
-    /// Padding to a multiple of 16 bytes.
-    pub padding: u32,
+    /// Levels by which outlines must reach farther than the mip levels of the texture array call
+    /// for, because the array's layers are not as large as the material's own texture.
+    pub farther: f32,
 }
 
 /// How a model is packed, as `packing.wgsl` reads it.
@@ -183,7 +189,7 @@ pub struct PackingRecord {
     /// Step of the wood's positions, in local space.
     pub wood_step: f32,
     /// Number of quads of each leaf; 0 if leaves differ, and the first extras are the leaves of all
-    /// quads.
+    /// quads, of [`LEAF_BITS`], and which of the leaf's quads each is.
     pub quads_per_leaf: u32,
     /// Extra with the colour of the first corner, if colours differ within a leaf: square roots of
     /// the colour over the look's, 10 bits each. Otherwise [`NO_EXTRA`].
@@ -193,7 +199,7 @@ pub struct PackingRecord {
     pub first_look: u32,
     /// 1 if wood has so many looks that the widths of stems are in them, otherwise 0.
     pub widths_in_looks: u32,
-    /// Extra with the first corner of the first outline.
+    /// First extra of the outlines.
     pub first_outline: u32,
 }
 

@@ -8,7 +8,9 @@ use super::{
     landscape::{FLOOR_FROM, ZENITH_FROM},
     light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
     look::{Coloring, Look, Variant},
-    records::{LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS, TRIMMED_CORNERS, WIDTH_STEPS},
+    records::{
+        LEAF_BITS, LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS, TRIMMED_CORNERS, WIDTH_STEPS,
+    },
     shader::{ShaderSource, wrap_number},
     sun::DEPTH_RADII,
 };
@@ -35,7 +37,8 @@ pub const TIMELINE: &str = include_str!("../../shaders/timeline.wgsl");
 
 /// WGSL of the leaf pass.
 pub fn leaf_pass(look: &Look, variant: Variant) -> String {
-    plant(&[TIMELINE, include_str!("../../shaders/leaf_pass.wgsl")].concat(), look, variant)
+    let parts = [TIMELINE, include_str!("../../shaders/trimmed.wgsl"), include_str!("../../shaders/leaf_pass.wgsl")];
+    plant(&parts.concat(), look, variant)
 }
 
 /// WGSL of the leaf pass into the shadow map.
@@ -140,6 +143,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("COLORING_ORDER", Coloring::PruneOrder.number())
         .constant_u32("RUN_QUADS", RUN_QUADS)
         .constant_u32("TRIMMED_CORNERS", TRIMMED_CORNERS)
+        .constant_u32("LEAF_BITS", LEAF_BITS)
         .constant_u32("NO_EXTRA", NO_EXTRA)
         .constant_u32("NO_NORMAL", NO_NORMAL)
         .constant_f32("LEAST_WIDTH", LEAST_WIDTH)

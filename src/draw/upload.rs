@@ -110,7 +110,7 @@ impl Upload {
     }
 
     /// The leaves whose quads are drawn within an outline. O(indices).
-    pub(super) fn trimmed(&self, quads: &Quads) -> Trimmed<'_> {
+    pub(super) fn trimmed(&self, quads: &Quads) -> Trimmed {
         Trimmed::new(&self.outlines, &self.leaves, &self.leaf_vertices, quads)
     }
 

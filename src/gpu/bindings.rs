@@ -23,7 +23,7 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
     let model = [
         (CROWN, vertex | fragment, uniform),
         (MATERIALS, fragment, storage),
-        (TEXTURES, fragment, texture),
+        (TEXTURES, vertex | fragment, texture),
         (SAMPLER, fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
         (LEAF_CORNERS, vertex, storage),
         (PACKING, vertex, uniform),

@@ -9,7 +9,7 @@ use crate::{
     Error, Result,
     draw::{
         packed::Packed,
-        records::{MaterialRecord, bindings::*},
+        records::{LookRecord, MaterialRecord, bindings::*},
     },
     model::FoliageModel,
 };
@@ -46,6 +46,7 @@ impl ModelBuffers {
         let layers = Layers::new(device, model)?;
         let materials: Vec<MaterialRecord> =
             (0..).zip(&model.materials).map(|(i, material)| layers.material(i, material)).collect();
+        let looks: Vec<LookRecord> = packed.looks.iter().map(|look| layers.look(look)).collect();
         let fill = Fill { device };
         let buffers = [
             (CROWN, fill.buffer("crown", wgpu::BufferUsages::UNIFORM, &[packed.crown])?),
@@ -54,7 +55,7 @@ impl ModelBuffers {
             (LEAF_CORNERS, fill.storage("leaf corners", &packed.corners)?),
             (LEAVES, fill.storage("leaves", &packed.leaves)?),
             (EVENTS, fill.storage("timeline events", &packed.events)?),
-            (LOOKS, fill.storage("looks", &packed.looks)?),
+            (LOOKS, fill.storage("looks", &looks)?),
             (EXTRAS, fill.storage("extras of leaves", &packed.extras)?),
         ];
         let textures = layers.upload(device, queue);

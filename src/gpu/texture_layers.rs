@@ -5,7 +5,7 @@ use crate::{
     Error, Result,
     draw::{
         mips::{Mips, SrgbTable},
-        records::MaterialRecord,
+        records::{LookRecord, MaterialRecord},
         shader::wrap_number,
     },
     material::{Material, Pixels},
@@ -28,6 +28,8 @@ pub(super) struct Layers {
     layers: Vec<Mips>,
     /// For each layer but the white one, whether no texel of its texture reaches the cutoff.
     is_clear: Vec<bool>,
+    /// For each layer but the white one, see [`LookRecord::farther`].
+    farther: Vec<f32>,
     /// Layer index of each material.
     of_material: Vec<u32>,
 }
@@ -67,12 +69,13 @@ impl Layers {
             Pixels { width: size[0], height: size[1], rgba: vec![255; 4 * size[0] as usize * size[1] as usize] };
         let mut layers: Vec<Mips> = Mips::new(white, Default::default(), None, &srgb).into_iter().collect();
         let cutoffs = uses.iter().map(|(_, cutoff)| cutoff.map(f32::from_bits));
+        let farther = decoded.iter().map(|pixels| farther([pixels.width, pixels.height], size)).collect();
         let is_clear = decoded.iter().zip(cutoffs).map(|(pixels, cutoff)| is_clear(pixels, cutoff)).collect();
         for (pixels, (_, cutoff)) in decoded.into_iter().zip(&uses) {
             let pixels = scaled_to(pixels, size);
             layers.extend(Mips::new(pixels, Default::default(), cutoff.map(f32::from_bits), &srgb));
         }
-        Ok(Self { size, layers, is_clear, of_material })
+        Ok(Self { size, layers, is_clear, farther, of_material })
     }
 
     pub(super) fn material(&self, index: usize, material: &Material) -> MaterialRecord {
@@ -91,6 +94,13 @@ impl Layers {
             is_two_sided: material.double_sided.into(),
             padding: [0; 3],
         }
+    }
+
+    /// A look with what depends on the layers.
+    pub(super) fn look(&self, look: &LookRecord) -> LookRecord {
+        let layer = self.of_material[look.material as usize];
+        let farther = layer.checked_sub(1).map_or(0.0, |texture| self.farther[texture as usize]);
+        LookRecord { farther, ..*look }
     }
 
     pub(super) fn upload(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
@@ -132,6 +142,13 @@ fn write_level(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: u32, mip_lev
 fn is_clear(pixels: &Pixels, cutoff: Option<f32>) -> bool {
     let reaches = |cutoff: f32| pixels.rgba.iter().skip(3).step_by(4).any(|&alpha| f32::from(alpha) / 255.0 >= cutoff);
     cutoff.is_some_and(|cutoff| !reaches(cutoff))
+}
+
+/// Levels from those of a layer of size `to` to those of the texture of size `from` that is scaled
+/// to it, and one more for what scaling spreads; 0 if the sizes are the same.
+fn farther(from: [u32; 2], to: [u32; 2]) -> f32 {
+    let [across, down] = [0, 1].map(|axis| from[axis] as f32 / to[axis] as f32);
+    if from == to { 0.0 } else { across.max(down).log2() + 1.0 }
 }
 
 /// Size of all layers: the largest width and height of any texture, halved to fit the limits; 1 x 1

@@ -17,7 +17,7 @@ use super::{
     octahedral::{self, NORMAL_BITS},
     shapes::{self, Shared},
 };
-use crate::leaf::Vertex;
+use crate::{leaf::Vertex, plant::moved};
 use std::mem::swap;
 
 /// Positions: half a step is at most 1/65,536 of the longest edge of the bounding box...
@@ -132,9 +132,7 @@ impl FoliageModel {
     fn quantize_uvs(&mut self) -> Option<f32> {
         let error = self.quantize_numbers(UV_EXPONENT, |vertex| &mut vertex.uv)?;
         let snap = |number| grid::value(grid::code(number, UV_EXPONENT), UV_EXPONENT);
-        let moved =
-            self.outlines.iter().filter_map(|outline| outline.moved(outline.rect.map(|corner| corner.map(snap))));
-        self.plant.outlines = moved.collect();
+        self.plant.outlines = moved(&self.plant.outlines, |corner| corner.map(snap));
         Some(error)
     }
 

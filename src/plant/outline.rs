@@ -1,12 +1,21 @@
 //! Outlines of cards: convex polygons around all that covers anything of a card's picture.
 //!
-//! A card is a quad that shows a rectangle of a texture. Most of it is transparent; a polygon of a
-//! few corners around the rest has fewer pixels to test. An outline belongs to a rectangle of a
-//! material, so cards with the same picture share one.
+//! A card is a piece of a leaf, of one or a few triangles, that shows a part of a texture. Most of
+//! it is transparent; a polygon of a few corners around the rest has fewer pixels to test. An
+//! outline belongs to a material and the rectangle of texture coordinates that a card spans, so
+//! cards with the same picture share one. Coarser mip levels reach farther, so a picture may have
+//! an outline for each of several levels.
 
-use super::{Broken, Checked, check};
+use super::{
+    Broken, Checked,
+    cards::Rect,
+    check,
+    convex::{Point, hull, is_convex},
+};
+#[cfg(feature = "software")]
+use super::{LeafGeometry, Vertex, cards::cards};
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 /// Maximum number of outlines of a plant.
 pub const MAX_OUTLINES: usize = 4096;
@@ -28,19 +37,21 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Share of the rectangle's area that the outline takes.
-    pub fn share(&self) -> f64 {
-        let [low, high] = self.rect.map(|corner| corner.map(f64::from));
-        area(&self.corners.iter().map(|corner| corner.map(f64::from)).collect::<Vec<_>>())
-            / ((high[0] - low[0]) * (high[1] - low[1]))
+    /// The corners.
+    pub(crate) fn points(&self) -> Vec<Point> {
+        self.corners.iter().map(|corner| corner.map(f64::from)).collect()
     }
 
     /// The outline of the same picture, for a rectangle that was moved a little; `None` if it has
     /// too few corners then.
-    pub(crate) fn moved(&self, rect: [[f32; 2]; 2]) -> Option<Self> {
+    fn moved(&self, rect: [[f32; 2]; 2]) -> Option<Self> {
         let inside = |corner: &[f32; 2]| [0, 1].map(|axis| corner[axis].max(rect[0][axis]).min(rect[1][axis]));
         let corners = rounded_hull(self.corners.iter().map(inside))?;
         Some(Self { rect, corners, ..self.clone() })
+    }
+
+    fn picture(&self) -> Picture {
+        picture(self.material, self.rect)
     }
 
     /// Checks invariant 13 of [`Plant`](super::Plant) for an outline of a plant with so many
@@ -57,7 +68,7 @@ impl Outline {
             && is_finite
             && is_rect
             && self.corners.iter().all(is_within)
-            && is_convex(&self.corners);
+            && is_convex(&self.points());
         check(13, holds, || format!("{self:?} is not a convex polygon within its rectangle, of {materials} materials"))
     }
 }
@@ -68,57 +79,52 @@ pub(super) fn check_all(outlines: &[Outline], materials: usize) -> Result<(), Br
     outlines.iter().try_for_each(|outline| outline.check(materials))
 }
 
-/// Outlines by material and rectangle.
+/// Outlines by material and rectangle, those of all levels of a picture in a row.
 #[derive(Debug, Default)]
-pub(crate) struct Outlines<'a>(HashMap<Picture, &'a Outline>);
+pub(crate) struct Outlines<'a>(HashMap<Picture, &'a [Outline]>);
 
 /// Material, and the bits of a rectangle.
-pub(super) type Picture = (u32, [u32; 4]);
+pub(crate) type Picture = (u32, [u32; 4]);
 
 impl<'a> Outlines<'a> {
     pub(crate) fn new(outlines: &'a [Outline]) -> Self {
-        Self(outlines.iter().map(|outline| (picture(outline.material, outline.rect), outline)).collect())
+        let pictures = outlines.chunk_by(|a, b| a.picture() == b.picture());
+        Self(pictures.map(|outlines| (outlines[0].picture(), outlines)).collect())
     }
 
-    /// The outline of a leaf whose vertices have the texture coordinates `uvs`.
-    pub(crate) fn find(&self, material: u32, uvs: impl Iterator<Item = [f32; 2]>) -> Option<&'a Outline> {
+    /// The outlines of a card that spans a rectangle.
+    pub(crate) fn find(&self, material: u32, rect: Rect) -> &'a [Outline] {
+        self.0.get(&picture(material, rect)).copied().unwrap_or_default()
+    }
+
+    /// The outlines of each triangle of a leaf; `None` if no triangle has any.
+    #[cfg(feature = "software")]
+    pub(crate) fn of_leaf(
+        &self,
+        leaf: &LeafGeometry,
+        vertices: &[Vertex],
+        indices: &[u32],
+    ) -> Option<Vec<&'a [Outline]>> {
         if self.0.is_empty() {
             return None;
         }
-        self.0.get(&picture(material, rect(uvs))).copied()
+        let cards = cards(indices.as_chunks::<3>().0, |index| {
+            vertices.get(index as usize).map_or_else(Default::default, |vertex| (vertex.position, vertex.uv))
+        })?;
+        let outlines: Vec<_> = cards.into_iter().map(|card| self.find(leaf.material, card.rect)).collect();
+        outlines.iter().any(|outlines| !outlines.is_empty()).then_some(outlines)
     }
 }
 
-pub(super) fn picture(material: u32, rect: [[f32; 2]; 2]) -> Picture {
+/// The tightest outline of a picture that suffices for a mip level.
+pub(crate) fn at_level(outlines: &[Outline], level: u8) -> Option<&Outline> {
+    outlines.iter().filter(|outline| outline.level >= level).min_by_key(|outline| outline.level)
+}
+
+pub(super) fn picture(material: u32, rect: Rect) -> Picture {
     // Adding 0 turns -0 into 0.
     let [u0, v0, u1, v1] = bytemuck::cast::<_, [f32; 4]>(rect).map(|number| (number + 0.0).to_bits());
     (material, [u0, v0, u1, v1])
-}
-
-/// Lowest and highest coordinates.
-pub(super) fn rect(uvs: impl Iterator<Item = [f32; 2]>) -> [[f32; 2]; 2] {
-    uvs.fold([[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]], |[low, high], uv| {
-        [[low[0].min(uv[0]), low[1].min(uv[1])], [high[0].max(uv[0]), high[1].max(uv[1])]]
-    })
-}
-
-/// Twice the signed area of a triangle; positive from the first axis towards the second.
-pub(super) fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-/// Area of a convex polygon.
-pub(super) fn area(corners: &[[f64; 2]]) -> f64 {
-    let Some((&first, rest)) = corners.split_first() else { return 0.0 };
-    0.5 * rest.windows(2).map(|pair| turn(first, pair[0], pair[1])).sum::<f64>()
-}
-
-/// Whether every turn, and every triangle with the first corner, goes the same way round.
-fn is_convex(corners: &[[f32; 2]]) -> bool {
-    let at = |i: usize| corners[i % corners.len()].map(f64::from);
-    let turns = (0..corners.len()).all(|i| turn(at(i), at(i + 1), at(i + 2)) >= 0.0);
-    let fan = (1..corners.len().saturating_sub(1)).all(|i| turn(at(0), at(i), at(i + 1)) >= 0.0);
-    turns && fan
 }
 
 /// Convex hull of points that are rounded already; `None` if it has too few corners.
@@ -128,27 +134,36 @@ pub(super) fn rounded_hull(points: impl Iterator<Item = [f32; 2]>) -> Option<Vec
     is_enough.then(|| hull.into_iter().map(|corner| corner.map(|number| number as f32)).collect())
 }
 
-/// Corners of the convex hull, without those on its edges: A. M. Andrew, *Another efficient
-/// algorithm for convex hulls in two dimensions* (1979).
-pub(super) fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    points.dedup();
-    let chain = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
-        let mut kept: Vec<[f64; 2]> = Vec::new();
-        for &point in points {
-            while let [.., a, b] = kept[..]
-                && turn(a, b, point) <= 0.0
-            {
-                kept.pop();
-            }
-            kept.push(point);
+/// The outlines with their rectangles moved a little. Pictures whose rectangles become the same are
+/// joined; a level at which that takes too many corners is left out.
+pub(crate) fn moved(outlines: &[Outline], to: impl Fn([f32; 2]) -> [f32; 2]) -> Vec<Outline> {
+    let mut groups: Vec<Vec<Vec<Outline>>> = Vec::new();
+    let mut places = HashMap::new();
+    for of_picture in outlines.chunk_by(|a, b| a.picture() == b.picture()) {
+        let rect = of_picture[0].rect.map(&to);
+        let moved = of_picture.iter().filter_map(|outline| outline.moved(rect)).collect();
+        let place = *places.entry(picture(of_picture[0].material, rect)).or_insert(groups.len());
+        match groups.get_mut(place) {
+            Some(group) => group.push(moved),
+            None => groups.push(vec![moved]),
         }
-        kept.pop();
-        kept
+    }
+    groups.iter().flat_map(|group| joined(group)).collect()
+}
+
+/// Outlines around those of all of several pictures, at each level.
+fn joined(pictures: &[Vec<Outline>]) -> Vec<Outline> {
+    if let [only] = pictures {
+        return only.clone();
+    }
+    let levels: BTreeSet<u8> = pictures.iter().flatten().map(|outline| outline.level).collect();
+    let at = |level| {
+        let outlines: Vec<_> = pictures.iter().map(|picture| at_level(picture, level)).collect::<Option<_>>()?;
+        let corners = rounded_hull(outlines.iter().flat_map(|outline| outline.corners.iter().copied()))?;
+        let is_few = corners.len() <= OUTLINE_CORNERS[1] as usize;
+        is_few.then(|| Outline { corners, level, ..outlines[0].clone() })
     };
-    let lower = chain(&mut points.iter());
-    let upper = chain(&mut points.iter().rev());
-    [lower, upper].concat()
+    levels.into_iter().filter_map(at).collect()
 }
 
 #[cfg(test)]
@@ -190,20 +205,42 @@ mod tests {
     }
 
     #[test]
-    fn leaves_find_the_outline_of_their_picture_alone() {
-        let hexagon = [samples::hexagon()];
-        let outlines = Outlines::new(&hexagon);
-        let of = |material, uvs: [[f32; 2]; 3]| outlines.find(material, uvs.into_iter()).is_some();
-        assert!(of(0, [[1.0, -0.0], [0.5, 0.5], [0.0, 1.0]]));
-        assert!(!of(1, [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]]));
-        assert!(!of(0, [[1.0, 0.0], [0.5, 0.5], [0.0, 0.99]]));
-        assert!((hexagon[0].share() - 0.46875).abs() < 1e-12);
+    fn leaves_find_the_outlines_of_their_cards_alone() {
+        let finer = Outline { level: 0, ..samples::hexagon() };
+        let hexagons = [finer.clone(), samples::hexagon(), Outline { material: 1, ..finer }];
+        let outlines = Outlines::new(&hexagons);
+        let vertex = |uv: [f32; 2]| Vertex { position: [uv[0], uv[1], 0.0], normal: [0.0; 3], uv, color: [1.0; 4] };
+        let of = |material, uvs: &[[f32; 2]; 6]| {
+            let leaf = LeafGeometry { material, vertices: [0, 6], indices: [0, 6], pivot: [0.0; 3] };
+            let found = outlines.of_leaf(&leaf, &uvs.map(vertex), &[0, 1, 2, 3, 4, 5]);
+            found.map(|found| found.iter().map(|outlines| outlines.len()).collect::<Vec<_>>())
+        };
+        let quad = [[0.0, 0.0], [1.0, -0.0], [1.0, 1.0], [0.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        assert_eq!(of(0, &quad), Some(vec![2, 2]));
+        assert_eq!(of(1, &quad), Some(vec![1, 1]));
+        assert_eq!(of(2, &quad), None);
+        let mut apart = quad;
+        apart[3] = [-0.5, 0.0];
+        apart[4] = [1.0, 1.5];
+        assert_eq!(of(0, &apart), Some(vec![2, 0]));
+        let at = |level| at_level(&hexagons[..2], level).map(|outline| outline.level);
+        assert_eq!([at(0), at(1), at(2)], [Some(0), Some(1), None]);
     }
 
     #[test]
-    fn a_moved_outline_stays_within_its_rectangle() {
-        let moved = samples::hexagon().moved([[0.2, 0.0], [0.8, 1.0]]).unwrap();
-        assert!(moved.check(1).is_ok(), "{moved:?}");
+    fn a_moved_outline_stays_within_its_rectangle_and_equal_pictures_are_joined() {
+        let within = samples::hexagon().moved([[0.2, 0.0], [0.8, 1.0]]).unwrap();
+        assert!(within.check(1).is_ok(), "{within:?}");
         assert!(samples::hexagon().moved([[0.0; 2], [0.1; 2]]).is_none());
+        let mut other = samples::hexagon();
+        other.rect[1] = [1.0625, 1.0];
+        other.corners[2] = [1.0, 0.5];
+        other.level = 2;
+        let all = [samples::hexagon(), Outline { level: 3, ..samples::hexagon() }, other];
+        let joined = moved(&all, |corner| corner.map(f32::round));
+        // The second picture has no outline that suffices for level 3.
+        assert_eq!(joined.iter().map(|outline| outline.level).collect::<Vec<_>>(), [1, 2]);
+        assert!(check_all(&joined, 1).is_ok() && joined.iter().all(|outline| outline.corners.contains(&[1.0, 0.5])));
+        assert_eq!(moved(&all, |corner| corner).len(), 3);
     }
 }

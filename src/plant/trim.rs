@@ -1,45 +1,56 @@
 //! Finds the outlines of a plant's cards from the alpha of their textures.
 //!
-//! The outline of a picture is the convex hull of its covering texels, each grown by a margin, cut
-//! down to a few corners: as long as there are too many, the edge goes whose removal adds least
-//! area. A picture whose outline saves little has none.
-//!
-//! The margin is what bilinear filtering reaches: half a texel at the full texture, and one and a
-//! half texels of a mip level, whose alpha is not 0 if its texel touches a covering one. It holds
-//! for the coarsest level at which it stays within [`MARGIN`], plus [`SNAP`] for rounded positions.
+//! The outline of a picture is the convex hull of its covering texels, each grown by what bilinear
+//! filtering reaches, cut down to a few corners. Texels of coarser mip levels reach farther, so a
+//! picture has several outlines, each for a level and those below it; levels whose outline is
+//! hardly smaller than that of the next one have none of their own. A picture whose outline saves
+//! little has none at all.
 
 use super::{
     Plant,
-    outline::{MAX_OUTLINES, OUTLINE_CORNERS, Outline, Outlines, area, hull, picture, rect, rounded_hull, turn},
+    cards::{Rect, cards},
+    convex::{Point, area, clipped, cut, hull, turn},
+    outline::{MAX_OUTLINES, OUTLINE_CORNERS, Outline, Outlines, picture, rounded_hull},
 };
 use crate::{
     Error, Result,
     leaf::LeafGeometry,
     material::{Material, Pixels},
 };
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap, hash_map::Entry};
+
+mod masks;
+use masks::Levels;
 
 /// Corners of an outline unless others are asked for. With 6, outlines of the three species take 2
 /// to 9 % of the rectangle more.
 pub const TRIM_CORNERS: u32 = 8;
 
-/// Largest margin, as a share of a picture's shorter side: twice as much would cost 2 to 5 % of the
-/// area.
-const MARGIN: f64 = 1.0 / 64.0;
-/// Margin in texels for positions that are rounded to a fraction of a pixel.
-const SNAP: f64 = 0.5;
-/// Largest share of the rectangle that an outline may take: below it, more corners cost more than
-/// they save.
+/// Margin in texels of the full texture for rounded positions and texture coordinates: a step of
+/// quantised ones is as much at the largest texture.
+const SNAP: f64 = 0.25;
+/// Largest share of a picture that an outline may take: below it, more corners cost more than they
+/// save.
 const LARGEST_SHARE: f64 = 0.95;
+/// Least share of a picture that an outline must save over that of the next coarser level.
+const LEAST_GAIN: f64 = 0.01;
 /// Most texels that are looked at for all outlines of a plant.
 const MAX_TEXELS: f64 = 1e9;
 
+/// What cards show: the part of a rectangle that their triangles span.
+struct Picture {
+    material: u32,
+    rect: Rect,
+    /// Texture coordinates, without repetitions.
+    triangles: Vec<[[f32; 2]; 3]>,
+}
+
 impl Plant {
-    /// Finds an outline of at most `corners` corners for each distinct picture that leaves of
-    /// cut-out materials show, and replaces [`outlines`](Self::outlines) by them. Leaves, pivots
-    /// and areas stay as they are. A picture whose outline would save less than 5 % of the area has
-    /// none; of more than [`MAX_OUTLINES`] pictures, the most common have one. Cost: decodes each
-    /// texture once.
+    /// Finds outlines of at most `corners` corners for each distinct picture that leaves of cut-out
+    /// materials show, and replaces [`outlines`](Self::outlines) by them. Leaves, pivots and areas
+    /// stay as they are. A picture whose outline would save less than 5 % of the area has none; of
+    /// more than [`MAX_OUTLINES`] outlines, those of the most common pictures are kept. Cost:
+    /// decodes each texture once.
     ///
     /// # Errors
     /// [`Error::InvalidOption`] for fewer than 4 or more than 8 corners, [`Error::Unreadable`] for
@@ -50,163 +61,162 @@ impl Plant {
             return Err(Error::invalid("corners", corners, format!("{least} to {most}")));
         }
         let mut textures: HashMap<u32, Pixels> = HashMap::new();
+        let mut masks: HashMap<u32, Levels<'_>> = HashMap::new();
         let mut outlines = Vec::new();
         let mut texels = 0.0;
-        for (material, rect) in self.pictures() {
-            let surface = &self.materials[material as usize];
-            let Some(texture) = surface.texture.filter(|_| surface.cutoff().is_some()) else { continue };
-            if let std::collections::hash_map::Entry::Vacant(free) = textures.entry(texture) {
+        for shown in self.pictures() {
+            let surface = &self.materials[shown.material as usize];
+            let Some(texture) = surface.texture else { continue };
+            if let Entry::Vacant(free) = textures.entry(texture) {
                 free.insert(self.textures[texture as usize].decode()?);
             }
-            let mask = Mask { pixels: &textures[&texture], material: surface };
-            texels += mask.texels(rect);
-            if texels > MAX_TEXELS {
+            let masks = masks.entry(shown.material).or_insert_with(|| Levels::new(&textures[&texture], surface));
+            texels += masks.texels(shown.rect);
+            let found = shown.outlines(masks, corners as usize);
+            if texels > MAX_TEXELS || outlines.len() + found.len() > MAX_OUTLINES {
                 break;
             }
-            outlines.extend(mask.outline(rect, corners as usize).map(|(corners, level)| Outline {
-                material,
-                rect,
-                corners,
-                level,
-            }));
+            outlines.extend(found);
         }
         self.outlines = outlines;
         Ok(())
     }
 
-    /// Share of the area of all leaves that is left to draw within the outlines; 1 without any.
+    /// Share of the area of all leaves that is left to draw within the tightest outlines; 1 without
+    /// any.
     pub fn trimmed_share(&self) -> f64 {
         let outlines = Outlines::new(&self.outlines);
         let (mut left, mut total) = (0.0, 0.0);
         for leaf in &self.leaves {
-            let area = self.leaf_area(leaf);
-            let outline = outlines.find(leaf.material, self.uvs(leaf));
-            left += area * outline.map_or(1.0, Outline::share);
-            total += area;
+            let triangles = self.indices[leaf.index_range()].as_chunks::<3>().0;
+            let found = outlines.of_leaf(leaf, &self.vertices, &self.indices[leaf.index_range()]);
+            for (i, &triangle) in triangles.iter().enumerate() {
+                let outline = found.as_ref().and_then(|found| found[i].first());
+                let uvs = triangle.map(|index| self.vertices[index as usize].uv);
+                let area = self.triangle_area(triangle);
+                left += area * outline.map_or(1.0, |outline| share(&outline.points(), &[uvs]));
+                total += area;
+            }
         }
         if total > 0.0 { left / total } else { 1.0 }
     }
 
-    /// Materials and rectangles of all cards, the most common first.
-    fn pictures(&self) -> Vec<(u32, [[f32; 2]; 2])> {
-        let mut counts = HashMap::new();
-        for leaf in self.leaves.iter().filter(|leaf| self.is_card(leaf)) {
-            *counts.entry(picture(leaf.material, rect(self.uvs(leaf)))).or_insert(0_u32) += 1;
+    /// What all cards of cut-out materials show, the most common first.
+    fn pictures(&self) -> Vec<Picture> {
+        let mut found: HashMap<_, (u32, BTreeSet<[[u32; 2]; 3]>)> = HashMap::new();
+        let is_cut_out = |leaf: &&LeafGeometry| {
+            let material = &self.materials[leaf.material as usize];
+            material.texture.is_some() && material.cutoff().is_some()
+        };
+        for leaf in self.leaves.iter().filter(is_cut_out) {
+            let triangles = self.indices[leaf.index_range()].as_chunks::<3>().0;
+            let vertex = |index: u32| &self.vertices[index as usize];
+            let cards = cards(triangles, |index| (vertex(index).position, vertex(index).uv));
+            for (card, triangle) in cards.iter().flatten().zip(triangles) {
+                let (count, shown) = found.entry(picture(leaf.material, card.rect)).or_default();
+                *count += 1;
+                shown.insert(triangle.map(|index| vertex(index).uv.map(f32::to_bits)));
+            }
         }
-        let mut pictures: Vec<_> = counts.into_iter().collect();
-        pictures.sort_unstable_by_key(|&(picture, count)| (std::cmp::Reverse(count), picture));
-        pictures.truncate(MAX_OUTLINES);
-        pictures.into_iter().map(|((material, bits), _)| (material, bytemuck::cast(bits))).collect()
-    }
-
-    /// Whether every vertex of a leaf is at a corner of its rectangle.
-    fn is_card(&self, leaf: &LeafGeometry) -> bool {
-        let [low, high] = rect(self.uvs(leaf));
-        let is_corner = |uv: [f32; 2]| (0..2).all(|axis| uv[axis] == low[axis] || uv[axis] == high[axis]);
-        leaf.triangles() >= 2 && low[0] < high[0] && low[1] < high[1] && self.uvs(leaf).all(is_corner)
-    }
-
-    fn uvs(&self, leaf: &LeafGeometry) -> impl Iterator<Item = [f32; 2]> {
-        self.vertices[leaf.vertex_range()].iter().map(|vertex| vertex.uv)
-    }
-
-    fn leaf_area(&self, leaf: &LeafGeometry) -> f64 {
-        let at = |index: u32| glam::Vec3::from(self.vertices[index as usize].position).as_dvec3();
-        let triangles = self.indices[leaf.index_range()].chunks_exact(3);
-        triangles.map(|t| 0.5 * (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).length_squared().sqrt()).sum()
-    }
-}
-
-/// Which texels of a texture cover anything.
-struct Mask<'a> {
-    pixels: &'a Pixels,
-    material: &'a Material,
-}
-
-impl Mask<'_> {
-    /// Number of texels of a rectangle.
-    fn texels(&self, rect: [[f32; 2]; 2]) -> f64 {
-        let sides = self.in_texels(rect);
-        (sides[1][0] - sides[0][0] + 1.0) * (sides[1][1] - sides[0][1] + 1.0)
-    }
-
-    fn in_texels(&self, rect: [[f32; 2]; 2]) -> [[f64; 2]; 2] {
-        let size = [self.pixels.width, self.pixels.height].map(f64::from);
-        rect.map(|corner| [0, 1].map(|axis| f64::from(corner[axis]) * size[axis]))
-    }
-
-    fn covers(&self, x: i64, y: i64) -> bool {
-        let Pixels { width, height, rgba } = self.pixels;
-        let [wrap_u, wrap_v] = self.material.wrap;
-        let [x, y] = [wrap_u.inside(x, *width), wrap_v.inside(y, *height)];
-        self.material.covers(rgba[4 * (y as usize * *width as usize + x as usize) + 3])
-    }
-
-    /// Corners and level of the outline of a rectangle.
-    fn outline(&self, rect: [[f32; 2]; 2], corners: usize) -> Option<(Vec<[f32; 2]>, u8)> {
-        let [low, high] = self.in_texels(rect);
-        let (margin, level) = margin((high[0] - low[0]).min(high[1] - low[1]));
-        let inside = |point: [f64; 2]| [0, 1].map(|axis| point[axis].clamp(low[axis], high[axis]));
-        let mut points = Vec::new();
-        // Texels beside the rectangle reach into it too.
-        let [columns, rows] =
-            [0, 1].map(|axis| (low[axis] - margin).floor() as i64..(high[axis] + margin).ceil() as i64);
-        for y in rows {
-            let Some(first) = columns.clone().find(|&x| self.covers(x, y)) else { continue };
-            let last = columns.clone().rev().find(|&x| self.covers(x, y)).unwrap_or(first);
-            let [left, right] = [first as f64 - margin, last as f64 + 1.0 + margin];
-            let [top, bottom] = [y as f64 - margin, y as f64 + 1.0 + margin];
-            points.extend([[left, top], [right, top], [left, bottom], [right, bottom]].map(inside));
-        }
-        let kept = cut(hull(points), corners, [low, high])?;
-        let largest = LARGEST_SHARE * (high[0] - low[0]) * (high[1] - low[1]);
-        if area(&kept) > largest {
-            return None;
-        }
-        let size = [self.pixels.width, self.pixels.height].map(f64::from);
-        let in_uv =
-            |at: [f64; 2]| [0, 1].map(|axis| ((at[axis] / size[axis]) as f32).max(rect[0][axis]).min(rect[1][axis]));
-        Some((rounded_hull(kept.into_iter().map(in_uv))?, level))
-    }
-}
-
-/// Margin in texels for a picture whose shorter side has `side` texels, and the coarsest mip level
-/// that it suffices for.
-fn margin(side: f64) -> (f64, u8) {
-    let reach = |level: u8| if level == 0 { 0.5 } else { 0.5 + 1.5 * f64::from(1_u32 << level) };
-    let level = (1..=16).take_while(|&level| reach(level) + SNAP <= side * MARGIN).last().unwrap_or(0);
-    (reach(level) + SNAP, level)
-}
-
-/// Removes edges of a convex polygon until it has at most `most` corners, never fewer than 4;
-/// `None` if no edge can go without leaving the rectangle, or if the polygon has no area.
-fn cut(mut corners: Vec<[f64; 2]>, most: usize, [low, high]: [[f64; 2]; 2]) -> Option<Vec<[f64; 2]>> {
-    // Up to the rounding of coordinates in texels.
-    let inside = |point: [f64; 2]| {
-        let inside = [0, 1].map(|axis| point[axis].clamp(low[axis], high[axis]));
-        (0..2).all(|axis| (inside[axis] - point[axis]).abs() < 1e-6).then_some(inside)
-    };
-    while corners.len() > most {
-        let count = corners.len();
-        let removed = (0..count).filter_map(|i| {
-            let [before, a, b, after] = [count - 1, 0, 1, 2].map(|by| corners[(i + by) % count]);
-            let meeting = meeting(before, a, b, after).and_then(inside)?;
-            Some((turn(a, meeting, b), i, meeting))
+        let mut pictures: Vec<_> = found.into_iter().collect();
+        pictures.sort_unstable_by_key(|&(picture, (count, _))| (std::cmp::Reverse(count), picture));
+        let in_uv = |shown: BTreeSet<[[u32; 2]; 3]>| {
+            shown.into_iter().map(|triangle| triangle.map(|uv| uv.map(f32::from_bits))).collect()
+        };
+        let pictures = pictures.into_iter().map(|((material, bits), (_, shown))| Picture {
+            material,
+            rect: bytemuck::cast(bits),
+            triangles: in_uv(shown),
         });
-        let (_, i, meeting) = removed.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        corners[i] = meeting;
-        corners.remove((i + 1) % count);
+        pictures.filter(|Picture { rect: [low, high], .. }| low[0] < high[0] && low[1] < high[1]).collect()
     }
-    (corners.len() >= OUTLINE_CORNERS[0] as usize).then_some(corners)
+
+    fn triangle_area(&self, triangle: [u32; 3]) -> f64 {
+        let [a, b, c] = triangle.map(|index| glam::Vec3::from(self.vertices[index as usize].position).as_dvec3());
+        0.5 * (b - a).cross(c - a).length_squared().sqrt()
+    }
 }
 
-/// Where the edges before and after the edge from `a` to `b` meet beyond it.
-fn meeting(before: [f64; 2], a: [f64; 2], b: [f64; 2], after: [f64; 2]) -> Option<[f64; 2]> {
-    let (along, back) = ([a[0] - before[0], a[1] - before[1]], [b[0] - after[0], b[1] - after[1]]);
-    let across = along[0] * back[1] - along[1] * back[0];
-    let t = ((b[0] - a[0]) * back[1] - (b[1] - a[1]) * back[0]) / across;
-    let point = [a[0] + along[0] * t, a[1] + along[1] * t];
-    (t.is_finite() && t > 0.0 && turn(a, point, b) > 0.0).then_some(point)
+/// Share of the area of triangles that is within a convex polygon; 1 for triangles without area.
+fn share(corners: &[Point], triangles: &[[[f32; 2]; 3]]) -> f64 {
+    let (mut left, mut total) = (0.0, 0.0);
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|uv| uv.map(f64::from));
+        let window = if turn(a, b, c) < 0.0 { [a, c, b] } else { [a, b, c] };
+        left += area(&clipped(corners, &window));
+        total += area(&window);
+    }
+    if total > 0.0 { left / total } else { 1.0 }
+}
+
+impl Picture {
+    /// Outlines from the finest level to the coarsest one.
+    fn outlines(&self, masks: &Levels<'_>, corners: usize) -> Vec<Outline> {
+        let found: Vec<_> = (0..masks.count()).map_while(|level| self.outline(masks, level, corners)).collect();
+        let mut kept: Vec<(Outline, f64)> = Vec::new();
+        for (outline, share) in found.into_iter().rev() {
+            if kept.last().is_none_or(|(_, coarser)| coarser - share >= LEAST_GAIN) {
+                kept.push((outline, share));
+            }
+        }
+        kept.into_iter().rev().map(|(outline, _)| outline).collect()
+    }
+
+    /// The outline that suffices for a level, and the share of the picture that it takes.
+    fn outline(&self, masks: &Levels<'_>, level: u8, most: usize) -> Option<(Outline, f64)> {
+        let [low, high] = masks.in_texels(self.rect, level);
+        let clamped = |point: Point| [0, 1].map(|axis| point[axis].clamp(low[axis], high[axis]));
+        // Up to the rounding of coordinates in texels.
+        let inside = |point: Point| {
+            let inside = clamped(point);
+            (0..2).all(|axis| (inside[axis] - point[axis]).abs() < 1e-6).then_some(inside)
+        };
+        let points = self.reached(masks, level).into_iter().map(clamped).collect();
+        let size = masks.size(level);
+        let in_uv = |at: Point| {
+            let [low, high] = self.rect;
+            [0, 1].map(|axis| ((at[axis] / size[axis]) as f32).max(low[axis]).min(high[axis]))
+        };
+        let corners = rounded_hull(cut(hull(points), most, inside)?.into_iter().map(in_uv))?;
+        let outline = Outline { material: self.material, rect: self.rect, corners, level };
+        let share = share(&outline.points(), &self.triangles);
+        (share <= LARGEST_SHARE).then_some((outline, share))
+    }
+
+    /// Corners of what the covering texels of a level reach, in its texels.
+    fn reached(&self, masks: &Levels<'_>, level: u8) -> Vec<Point> {
+        let (size, full) = (masks.size(level), masks.size(0));
+        let reach = [0, 1].map(|axis| 0.5 + SNAP * size[axis] / full[axis]);
+        let triangles: Vec<_> = self.triangles.iter().map(|triangle| masks.all_in_texels(*triangle, level)).collect();
+        let [low, high] = masks.in_texels(self.rect, level);
+        let mut points = Vec::new();
+        // Texels beside the triangles reach into them too.
+        for y in (low[1] - reach[1]).floor() as i64..(high[1] + reach[1]).ceil() as i64 {
+            let [top, bottom] = [y as f64 - reach[1], (y + 1) as f64 + reach[1]];
+            let spans = triangles.iter().filter_map(|triangle| span(triangle, top, bottom));
+            let Some([from, to]) = spans.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]) else { continue };
+            let mut columns = (from - reach[0]).floor() as i64..(to + reach[0]).ceil() as i64;
+            let Some(first) = columns.clone().find(|&x| masks.covers(level, x, y)) else { continue };
+            let last = columns.rfind(|&x| masks.covers(level, x, y)).unwrap_or(first);
+            let [left, right] = [first as f64 - reach[0], (last + 1) as f64 + reach[0]];
+            points.extend([[left, top], [right, top], [left, bottom], [right, bottom]]);
+        }
+        points
+    }
+}
+
+/// First and last x of the part of a triangle that lies between two heights.
+fn span(triangle: &[Point; 3], top: f64, bottom: f64) -> Option<[f64; 2]> {
+    let edges = [[0, 1], [1, 2], [2, 0]].map(|edge| edge.map(|i| triangle[i]));
+    let crossings = edges.into_iter().flat_map(|[a, b]| {
+        [top, bottom].map(|height| {
+            let t = (height - a[1]) / (b[1] - a[1]);
+            ((0.0..=1.0).contains(&t)).then(|| a[0] + (b[0] - a[0]) * t)
+        })
+    });
+    let within = triangle.iter().filter(|point| (top..=bottom).contains(&point[1])).map(|point| point[0]);
+    let all = crossings.flatten().chain(within);
+    all.map(|x| [x, x]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
 #[cfg(test)]
@@ -221,12 +231,19 @@ mod tests {
     }
 
     fn cut_out(wrap: Wrap) -> Material {
-        Material { alpha_mode: AlphaMode::Mask, wrap: [wrap; 2], ..Material::default() }
+        let (alpha_mode, texture) = (AlphaMode::Mask, Some(0));
+        Material { alpha_mode, texture, wrap: [wrap; 2], ..Material::default() }
     }
 
-    fn holds(corners: &[[f32; 2]], point: [f64; 2]) -> bool {
-        let at = |i: usize| corners[i % corners.len()].map(f64::from);
-        (0..corners.len()).all(|i| turn(at(i), at(i + 1), point) >= -1e-6)
+    /// A quad that shows the whole rectangle.
+    fn quad(rect: Rect) -> Picture {
+        let [[u0, v0], [u1, v1]] = rect;
+        let [a, b, c, d] = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]];
+        Picture { material: 0, rect, triangles: vec![[a, b, c], [a, c, d]] }
+    }
+
+    fn holds(corners: &[Point], point: Point) -> bool {
+        (0..corners.len()).all(|i| turn(corners[i], corners[(i + 1) % corners.len()], point) >= -1e-6)
     }
 
     proptest! {
@@ -236,30 +253,39 @@ mod tests {
             spots in proptest::collection::vec((0.1..0.9_f64, 0.1..0.9_f64, 0.0..0.2_f64), 1..5),
             most in 4..=8_usize,
             part in (0.0..0.3_f32, 0.7..1.0_f32),
+            slant in 0.0..0.2_f32,
         ) {
             let near = |x: u32, y: u32| {
                 let at = [f64::from(x) / f64::from(size.0), f64::from(y) / f64::from(size.1)];
                 spots.iter().any(|&(u, v, r)| (at[0] - u).abs() + 0.5 * (at[1] - v).abs() < r)
             };
             let (pixels, material) = (pixels(size.0, size.1, near), cut_out(Wrap::Clamp));
-            let mask = Mask { pixels: &pixels, material: &material };
+            let masks = Levels::new(&pixels, &material);
             let rect = [[part.0; 2], [part.1; 2]];
-            let Some((corners, level)) = mask.outline(rect, most) else { return Ok(()) };
-            let outline = Outline { material: 0, rect, corners, level };
-            prop_assert!(crate::plant::outline::check_all(std::slice::from_ref(&outline), 1).is_ok());
-            prop_assert!(outline.corners.len() <= most && outline.share() <= 0.951);
-            let reach = if level == 0 { 0.5 } else { 0.5 + 1.5 * f64::from(1 << level) };
-            let reaches = |texel: u32, size: u32| {
-                let [low, high] = [f64::from(texel) - reach, f64::from(texel) + 1.0 + reach];
-                high > f64::from(part.0) * f64::from(size) && low < f64::from(part.1) * f64::from(size)
-            };
-            let covering = |&(x, y): &(u32, u32)| near(x, y) && reaches(x, size.0) && reaches(y, size.1);
-            for (x, y) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y))).filter(covering) {
-                for [along, up] in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
-                    let at = [f64::from(x) + along + reach * (2.0 * along - 1.0), f64::from(y) + up + reach * (2.0 * up - 1.0)];
-                    let uv = [at[0] / f64::from(size.0), at[1] / f64::from(size.1)];
-                    let clamped = uv.map(|c| c.clamp(f64::from(part.0), f64::from(part.1)));
-                    prop_assert!(holds(&outline.corners, clamped), "{:?} {:?}", outline, clamped);
+            let mut shown = quad(rect);
+            // A trapezium.
+            shown.triangles.iter_mut().flatten().filter(|uv| **uv == [part.1; 2]).for_each(|uv| uv[0] -= slant);
+            let window = [[part.0; 2], [part.1, part.0], [part.1 - slant, part.1], [part.0, part.1]].map(|uv| uv.map(f64::from));
+            let outlines = shown.outlines(&masks, most);
+            prop_assert!(outlines.windows(2).all(|pair| pair[0].level < pair[1].level));
+            for Outline { level, corners, .. } in &outlines {
+                let points = corners.iter().map(|uv| uv.map(f64::from)).collect::<Vec<_>>();
+                let outline = Outline { material: 0, rect, corners: corners.clone(), level: *level };
+                prop_assert!(crate::plant::outline::check_all(std::slice::from_ref(&outline), 1).is_ok());
+                prop_assert!(points.len() <= most && share(&points, &shown.triangles) <= LARGEST_SHARE);
+                // Texels of the level that hold a covering one, each half a texel larger.
+                let coarse = masks.size(*level);
+                let full = [size.0, size.1].map(f64::from);
+                for (x, y) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y))).filter(|&(x, y)| near(x, y)) {
+                    let [from, to] = [[x, y], [x + 1, y + 1]].map(|at| {
+                        [0, 1].map(|axis| f64::from(at[axis]) * coarse[axis] / full[axis])
+                    });
+                    let low = from.map(|at| (at + 1e-9).floor() - 0.5);
+                    let high = to.map(|at| (at - 1e-9).ceil() + 0.5);
+                    let square = [low, [high[0], low[1]], high, [low[0], high[1]]].map(|at| [at[0] / coarse[0], at[1] / coarse[1]]);
+                    for point in clipped(&square, &window) {
+                        prop_assert!(holds(&points, point), "{:?} {:?}", outline, point);
+                    }
                 }
             }
         }
@@ -269,19 +295,17 @@ mod tests {
     fn a_disc_keeps_little_more_than_its_area_and_a_full_card_has_no_outline() {
         let disc = |x: u32, y: u32| (f64::from(x) - 127.5).powi(2) + (f64::from(y) - 127.5).powi(2) < 100.0_f64.powi(2);
         let (pixels_of_disc, material) = (pixels(256, 256, disc), cut_out(Wrap::Repeat));
-        let whole = [[0.0; 2], [1.0; 2]];
-        let share = |corners| {
-            let (corners, level) =
-                Mask { pixels: &pixels_of_disc, material: &material }.outline(whole, corners).unwrap();
-            assert_eq!(level, 1);
-            Outline { material: 0, rect: whole, corners, level }.share()
-        };
+        let whole = quad([[0.0; 2], [1.0; 2]]);
+        let masks = Levels::new(&pixels_of_disc, &material);
+        let share_with = |corners| whole.outline(&masks, 0, corners).map_or(1.0, |(_, share)| share);
         let disc_share = std::f64::consts::PI * (100.0_f64 / 256.0).powi(2);
-        assert!(share(8) < disc_share * 1.25, "{} of {disc_share}", share(8));
-        assert!(share(8) <= share(6) && share(6) <= share(4));
+        assert!(share_with(8) < disc_share * 1.1, "{} of {disc_share}", share_with(8));
+        assert!(share_with(8) <= share_with(6) && share_with(6) <= share_with(4));
+        let levels: Vec<u8> = whole.outlines(&masks, 8).iter().map(|outline| outline.level).collect();
+        assert!(levels.len() > 1 && levels.is_sorted() && levels[levels.len() - 1] >= 3, "{levels:?}");
         for covers in [true, false] {
             let pixels = pixels(16, 16, |_, _| covers);
-            assert!(Mask { pixels: &pixels, material: &material }.outline(whole, 6).is_none(), "{covers}");
+            assert!(whole.outlines(&Levels::new(&pixels, &material), 6).is_empty(), "{covers}");
         }
     }
 
@@ -290,11 +314,24 @@ mod tests {
         let pixels = pixels(64, 64, |x, y| (20..30).contains(&x) && (20..44).contains(&y) || x == 63 && y == 2);
         let lowest = |wrap| {
             let material = cut_out(wrap);
-            let (corners, _) =
-                Mask { pixels: &pixels, material: &material }.outline([[0.0; 2], [0.5, 1.0]], 8).unwrap();
-            corners.iter().map(|corner| corner[0]).fold(1.0, f32::min)
+            let masks = Levels::new(&pixels, &material);
+            let (outline, _) = quad([[0.0; 2], [0.5, 1.0]]).outline(&masks, 0, 8).unwrap();
+            outline.corners.iter().map(|corner| corner[0]).fold(1.0, f32::min)
         };
         assert_eq!(lowest(Wrap::Repeat), 0.0, "the texel at the right edge repeats at the left");
         assert!(lowest(Wrap::Clamp) > 0.25);
+    }
+
+    #[test]
+    fn what_lies_beside_the_triangles_does_not_count() {
+        // A spot in the middle of a turned card, and one in a corner of its rectangle.
+        let pixels = pixels(64, 64, |x, y| (28..36).contains(&x) && (28..36).contains(&y) || x < 4 && y < 4);
+        let material = cut_out(Wrap::Clamp);
+        let masks = Levels::new(&pixels, &material);
+        let [a, b, c, d] = [[0.5, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5]];
+        let turned = Picture { material: 0, rect: [[0.0; 2], [1.0; 2]], triangles: vec![[a, b, c], [a, c, d]] };
+        let (outline, share) = turned.outline(&masks, 0, 4).unwrap();
+        assert!(outline.corners.as_flattened().iter().all(|x| (0.4..0.6).contains(x)), "{outline:?}");
+        assert!((share - 2.0 * (9.5_f64 / 64.0).powi(2)).abs() < 1e-3, "{share}");
     }
 }

@@ -33,8 +33,8 @@ pub struct Part<'a> {
     /// Fraction of a pixel's samples that the part may cover: below 1 only for a leaf that fades by
     /// alpha.
     pub share: f32,
-    /// Outline around all that is opaque of the part's texture, if there is one.
-    pub outline: Option<&'a Outline>,
+    /// Outlines around all that is opaque of the part's texture, if there are any.
+    pub outlines: &'a [Outline],
 }
 
 impl Part<'_> {
@@ -75,17 +75,20 @@ impl<'a> DrawList<'a> {
         let mut list = Self::of_wood(&plant.wood, &plant.vertices);
         let seeds = seeds(&plant.vertices, &plant.indices, plant.leaves.iter().map(|leaf| leaf.indices));
         let outlines = Outlines::new(&plant.outlines);
-        list.parts.extend((0..).zip(&plant.leaves).zip(seeds).map(|((number, leaf), seed)| Part {
-            vertices: &plant.vertices,
-            indices: &plant.indices[leaf.index_range()],
-            material: leaf.material,
-            pivot: leaf.pivot,
-            scale: 1.0,
-            leaf: Some(number),
-            seed,
-            share: 1.0,
-            outline: outline(&outlines, &plant.vertices, leaf),
-        }));
+        for ((number, leaf), seed) in (0..).zip(&plant.leaves).zip(seeds) {
+            let part = Part {
+                vertices: &plant.vertices,
+                indices: &plant.indices[leaf.index_range()],
+                material: leaf.material,
+                pivot: leaf.pivot,
+                scale: 1.0,
+                leaf: Some(number),
+                seed,
+                share: 1.0,
+                outlines: &[],
+            };
+            list.add_leaf(part, leaf, &outlines);
+        }
         list
     }
 
@@ -105,14 +108,14 @@ impl<'a> DrawList<'a> {
         let mut list = Self::of_wood(&model.wood, &model.vertices);
         let leaves = drawn.transition.drawn().min(timeline.leaves());
         let outlines = Outlines::new(&model.outlines);
-        list.parts.extend((0..leaves).zip(&model.leaves).zip(leaf_seeds(model)).map(|((number, leaf), seed)| {
+        for ((number, leaf), seed) in (0..leaves).zip(&model.leaves).zip(leaf_seeds(model)) {
             let (scale, share) = match drawn.by {
                 FadeBy::Size => (timeline.scale_at(number, &drawn.transition), 1.0),
                 FadeBy::Alpha => (timeline.full_scale_at(number, &drawn.transition), drawn.transition.presence(number)),
             };
-            let outline = outline(&outlines, &model.vertices, &leaf.geometry());
-            Part { share, seed, outline, ..part_of_leaf(model, number, leaf, scale * drawn.leaf_scale) }
-        }));
+            let part = part_of_leaf(model, number, leaf, scale * drawn.leaf_scale);
+            list.add_leaf(Part { share, seed, ..part }, &leaf.geometry(), &outlines);
+        }
         list
     }
 
@@ -120,12 +123,22 @@ impl<'a> DrawList<'a> {
         let mut list = Self::of_wood(&model.wood, &model.vertices);
         let leaves = (0..).zip(&model.leaves).zip(scales).zip(leaf_seeds(model));
         let outlines = Outlines::new(&model.outlines);
-        let part = |(((number, leaf), scale), seed): (((u32, &'a Leaf), f32), u32)| {
-            let outline = outline(&outlines, &model.vertices, &leaf.geometry());
-            Part { seed, outline, ..part_of_leaf(model, number, leaf, scale) }
-        };
-        list.parts.extend(leaves.map(part));
+        for (((number, leaf), scale), seed) in leaves {
+            let part = part_of_leaf(model, number, leaf, scale);
+            list.add_leaf(Part { seed, ..part }, &leaf.geometry(), &outlines);
+        }
         list
+    }
+
+    /// Adds a leaf, one part for each run of triangles that show the same picture.
+    fn add_leaf(&mut self, part: Part<'a>, leaf: &LeafGeometry, outlines: &Outlines<'a>) {
+        let Some(outlines) = outlines.of_leaf(leaf, part.vertices, part.indices) else { return self.parts.push(part) };
+        let mut indices = part.indices;
+        for run in outlines.chunk_by(|a, b| std::ptr::eq(*a, *b)) {
+            let (own, rest) = indices.split_at(3 * run.len());
+            self.parts.push(Part { indices: own, outlines: run[0], ..part });
+            indices = rest;
+        }
     }
 
     fn of_wood(wood: &'a Wood, leaf_vertices: &[Vertex]) -> Self {
@@ -138,7 +151,7 @@ impl<'a> DrawList<'a> {
             leaf: None,
             seed: 0,
             share: 1.0,
-            outline: None,
+            outlines: &[],
         };
         let crown = Aabb::of_points(leaf_vertices.iter().map(|vertex| vertex.position));
         Self { parts: wood.parts.iter().map(part).collect(), crown }
@@ -155,14 +168,8 @@ fn part_of_leaf<'a>(model: &'a FoliageModel, number: u32, leaf: &Leaf, scale: f3
         leaf: Some(number),
         seed: 0,
         share: 1.0,
-        outline: None,
+        outlines: &[],
     }
-}
-
-/// The outline of a leaf with these vertices.
-fn outline<'a>(outlines: &Outlines<'a>, vertices: &[Vertex], leaf: &LeafGeometry) -> Option<&'a Outline> {
-    let vertices = vertices.get(leaf.vertex_range()).unwrap_or_default();
-    outlines.find(leaf.material, vertices.iter().map(|vertex| vertex.uv))
 }
 
 fn leaf_seeds(model: &FoliageModel) -> Vec<u32> {

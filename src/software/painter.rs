@@ -299,3 +299,6 @@ fn assemble(tiles: &[Vec<[u8; 4]>], columns: u32, [width, height]: [u32; 2]) -> 
     }
     Image { width, height, rgba }
 }
+
+#[cfg(all(test, feature = "simplify"))]
+mod card_area;

@@ -13,7 +13,7 @@ use crate::{
     edge::{SUBPIXEL, twice_area},
     effects::wind::Sway,
     leaf::Vertex,
-    plant::Outline,
+    plant::{Outline, at_level},
 };
 use glam::{DMat4, DVec3, DVec4, Vec2, Vec3};
 
@@ -225,7 +225,7 @@ impl<'a> Projector<'a> {
             kept: self.kept,
             samples: part.samples(),
             nearest,
-            outline: part.outline.filter(|outline| level <= outline.level),
+            outline: at_level(part.outlines, level),
         });
     }
 

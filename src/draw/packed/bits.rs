@@ -1,7 +1,7 @@
 //! Numbers of corners in a few bits each.
 
-use super::super::records::{LEAST_WIDTH, LookRecord, NO_NORMAL, TRIMMED_CORNERS, WIDTH_STEPS};
-use crate::{model::octahedral, plant::Outline};
+use super::super::records::{LEAST_WIDTH, LookRecord, NO_NORMAL, WIDTH_STEPS};
+use crate::model::octahedral;
 use glam::Vec3;
 
 /// A width in steps as 15 bits of its logarithm, and its sign; the largest for an infinite one.
@@ -15,12 +15,6 @@ pub(super) fn color_bits(color: [f32; 3], largest: Vec3, bits: u32) -> u32 {
     let steps = ((1 << bits) - 1) as f32;
     let root = |axis: usize| ((color[axis].max(0.0) / largest[axis]).sqrt() * steps).round() as u32;
     root(0) | root(1) << bits | root(2) << (2 * bits)
-}
-
-/// Corners of an outline; the last one is repeated.
-pub(super) fn outline_bits(outline: &Outline, look: &LookRecord) -> [u32; TRIMMED_CORNERS as usize] {
-    let corners = &outline.corners;
-    std::array::from_fn(|i| corners.get(i).or(corners.last()).map_or(0, |&uv| uv_bits(uv, look)))
 }
 
 pub(super) fn uv_bits(uv: [f32; 2], look: &LookRecord) -> u32 {

@@ -43,7 +43,7 @@ pub(super) fn look(
         uv_size: (high - low).to_array().map(|size| unit_of_length(size.max(1.0))),
         shown,
         outline: NO_EXTRA,
-        padding: 0,
+        farther: 0.0,
     }
 }
 
@@ -65,6 +65,6 @@ pub(super) fn wood_look(origin: Vec3, vertex: &WoodVertex) -> LookRecord {
         uv_size: [WOOD_UV; 2],
         shown: [1.0; 2],
         outline: NO_EXTRA,
-        padding: 0,
+        farther: 0.0,
     }
 }
