@@ -74,7 +74,8 @@ fn fragments(criterion: &mut Criterion) {
     for resolution in [256, 512] {
         let screens: Vec<_> = (0..VIEW_COUNTS[4]).map(|direction| view(direction, resolution)).collect();
         let alpha = vec![AlphaTest::NONE; 2 * LEAVES as usize];
-        let views: Vec<_> = screens.iter().map(|screen| ViewTriangles { resolution, screen, alpha: &alpha }).collect();
+        let views: Vec<_> =
+            screens.iter().map(|screen| ViewTriangles { resolution, screen, alpha: &alpha, tiling: &[] }).collect();
         let mut out = vec![Vec::new(); views.len()];
         let count = capture(&mut cpu, &views, &mut out);
         group.throughput(Throughput::Elements(count as u64));

@@ -109,8 +109,8 @@ fn leaf_surface(drawn: Drawn, word: u32, clip_from_anchor: mat4x4<f32>) -> Surfa
     surface.leaf = drawn.number;
     surface.seed = drawn.leaf.pivot_z_seed & 0xffff0000u;
     surface.share = 1.0;
-    surface.kept = kept_at(drawn.scale);
-    surface.uv_size = drawn.look.shown;
+    surface.enlarged = vec4(kept_at(drawn.scale), drawn.scale, drawn.look.anchor);
+    surface.rect = vec4(drawn.look.shown_low, drawn.look.shown);
     return surface;
 }
 

@@ -11,21 +11,23 @@ struct Moving {
     @location(3) @interpolate(flat) material: u32,
     @location(4) @interpolate(flat) instance: u32,
     @location(5) @interpolate(flat) leaf: u32,
-    @location(6) @interpolate(flat) uv_size: vec2<f32>,
+    @location(6) @interpolate(flat) rect: vec4<f32>,
     @location(7) @interpolate(flat) seed: u32,
+    @location(8) @interpolate(flat) enlarged: vec4<f32>,
 }
 
 fn moving(now: Surface, before: Surface) -> Moving {
     return Moving(
-        now.clip, now.uv, now.clip.xyw, before.clip.xyw, now.material, now.instance, now.leaf, now.uv_size,
-        now.seed,
+        now.clip, now.uv, now.clip.xyw, before.clip.xyw, now.material, now.instance, now.leaf, now.rect,
+        now.seed, now.enlarged,
     );
 }
 
 @fragment
 fn motion(moving: Moving) -> @location(0) vec2<f32> {
     // A leaf that fades by alpha is drawn if at least half present.
-    if is_hole(materials[moving.material], moving.uv, moving.uv_size, moving.seed) || fade_share(moving.leaf, moving.instance) < 0.5 {
+    let is_open = is_hole(materials[moving.material], moving.uv, moving.rect, moving.enlarged, moving.seed);
+    if is_open || fade_share(moving.leaf, moving.instance) < 0.5 {
         discard;
     }
     if moving.before.z <= 0.0 {

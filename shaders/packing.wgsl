@@ -13,6 +13,11 @@ struct Look {
     uv_size: vec2<f32>,
     // Width and height of the part of the texture that a leaf shows.
     shown: vec2<f32>,
+    // Lowest texture coordinates of that part.
+    shown_low: vec2<f32>,
+    // Point of that part that stays in place where an enlarged leaf repeats it, as a fraction;
+    // below 0 if it does not.
+    anchor: vec2<f32>,
     // Extra after the first outline's for the leaf's first quad, or NO_EXTRA.
     outline: u32,
     // Levels by which outlines must reach farther than the mip levels call for.

@@ -3,7 +3,7 @@
 
 @fragment
 fn cast_shadow(surface: Surface) {
-    if is_hole(materials[surface.material], surface.uv, surface.uv_size, surface.seed) {
+    if is_hole(materials[surface.material], surface.uv, surface.rect, surface.enlarged, surface.seed) {
         discard;
     }
 }

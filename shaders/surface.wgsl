@@ -88,8 +88,8 @@ struct Surface {
     @location(6) @interpolate(flat) leaf: u32,
     // Fraction of the pixel's samples that may be covered.
     @location(7) @interpolate(flat) share: f32,
-    // Width and height of the part of the texture that the surface shows, in texture coordinates.
-    @location(8) @interpolate(flat) uv_size: vec2<f32>,
+    // Part of the texture that the surface shows, unscaled: lowest coordinates, width and height.
+    @location(8) @interpolate(flat) rect: vec4<f32>,
     // Seed of the surface's partial coverage, like a fraction of 2^32; 0 for wood.
     @location(9) @interpolate(flat) seed: u32,
     // In local space: position of the eye, and unit vectors towards the sun and upwards. They are
@@ -97,8 +97,10 @@ struct Surface {
     @location(10) @interpolate(flat) eye: vec3<f32>,
     @location(11) @interpolate(flat) towards_sun: vec3<f32>,
     @location(12) @interpolate(flat) upwards: vec3<f32>,
-    // Fraction of the colour's distance from the plant's mean that is kept.
-    @location(13) @interpolate(flat) kept: f32,
+    // Fraction of the colour's distance from the plant's mean that is kept, scale, and the point of
+    // `rect` that stays in place where an enlarged leaf repeats it, as a fraction; below 0 if it
+    // does not.
+    @location(13) @interpolate(flat) enlarged: vec4<f32>,
     // In the middle of the pixel, covered or not: uv, and the place on the quad, from 0 to 1 both
     // ways; outside that range for other surfaces. Triangles that meet within a pixel agree there.
     @location(14) @interpolate(perspective, center) middle: vec4<f32>,
@@ -120,7 +122,10 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     let on_quad = surface.middle.zw;
     let is_on_quad = all(on_quad >= vec2(0.0)) && all(on_quad <= vec2(1.0));
     let uv = select(surface.uv, surface.middle.xy, is_on_quad);
-    let texel = texel(material, uv, surface.middle.xy, surface.uv_size, surface.seed);
+    let shown = tiled(uv, surface.rect, surface.enlarged.y, surface.enlarged.zw);
+    let right = dpdx(surface.middle.xy) * shown.stretch;
+    let down = dpdy(surface.middle.xy) * shown.stretch;
+    let texel = texel(material, shown.uv, right, down, surface.rect.zw, surface.seed);
     var coverage = texel.coverage * surface.share;
     var dither = texel.dither;
     if surface.share < 1.0 {
@@ -200,9 +205,16 @@ fn covered_samples(coverage: f32, dither: f32, seed: u32) -> u32 {
 }
 
 // Whether the surface is transparent here, for passes with one sample per pixel.
-fn is_hole(material: Material, uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> bool {
-    let texel = texel(material, uv, uv, uv_size, seed);
+fn is_hole(material: Material, uv: vec2<f32>, rect: vec4<f32>, enlarged: vec4<f32>, seed: u32) -> bool {
+    let shown = tiled(uv, rect, enlarged.y, enlarged.zw);
+    let texel = texel(material, shown.uv, dpdx(uv) * shown.stretch, dpdy(uv) * shown.stretch, rect.zw, seed);
     return texel.coverage + texel.dither < 1.0;
+}
+
+// Texture coordinates after repetition, and how many times as fast they change.
+struct Shown {
+    uv: vec2<f32>,
+    stretch: vec2<f32>,
 }
 
 // A material's texture at one pixel.
@@ -216,11 +228,18 @@ struct Texel {
     dither: f32,
 }
 
-// middle_uv: texture coordinates whose change from pixel to pixel is that of the surface.
+// right, down: change of the texture coordinates from pixel to pixel.
 // The full texture's alpha is compared with the cutoff; the alpha of its mip levels is coverage.
-fn texel(material: Material, uv: vec2<f32>, middle_uv: vec2<f32>, uv_size: vec2<f32>, seed: u32) -> Texel {
+fn texel(
+    material: Material,
+    uv: vec2<f32>,
+    right: vec2<f32>,
+    down: vec2<f32>,
+    uv_size: vec2<f32>,
+    seed: u32,
+) -> Texel {
     let size = vec2<f32>(textureDimensions(textures));
-    let level = mip_level(dpdx(middle_uv) * size, dpdy(middle_uv) * size, uv_size * size);
+    let level = mip_level(right * size, down * size, uv_size * size);
     let minified = clamp(level, 0.0, 1.0);
     let inside = vec2(wrapped(uv.x, material.wrap.x), wrapped(uv.y, material.wrap.y));
     let full = textureSampleLevel(textures, filtering, inside, material.layer, 0.0).a;

@@ -6,5 +6,5 @@ fn kept_at(scale: f32) -> f32 {
 }
 
 fn toned(color: vec3<f32>, surface: Surface) -> vec3<f32> {
-    return crown.mean + surface.kept * (color - crown.mean);
+    return crown.mean + surface.enlarged.x * (color - crown.mean);
 }

@@ -6,6 +6,10 @@ fn outline_word(drawn: Drawn, clip_from_anchor: mat4x4<f32>) -> u32 {
     if !drawn.is_drawn || !drawn.is_trimmed || drawn.look.outline == NO_EXTRA {
         return NO_EXTRA;
     }
+    // An outline belongs to one picture.
+    if is_tiled(drawn.scale, drawn.look.anchor) {
+        return NO_EXTRA;
+    }
     let outlines = packing.first_outline + extras[packing.first_outline + drawn.look.outline + drawn.nth];
     let level = outline_level(drawn, clip_from_anchor);
     let row = (extras[outlines] >> (4u * min(level, 7u))) & 15u;

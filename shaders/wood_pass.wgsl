@@ -46,7 +46,7 @@ fn wood_surface(number: u32, vertex: WoodVertex, clip_from_anchor: mat4x4<f32>) 
     surface.uv = vertex.uv;
     surface.middle = vec4(vertex.uv, NO_QUAD);
     surface.material = vertex.look.material;
-    surface.uv_size = vertex.look.shown;
+    surface.rect = vec4(vertex.look.shown_low, vertex.look.shown);
     return surface;
 }
 

@@ -13,14 +13,16 @@ mod canonical;
 mod cards;
 mod convex;
 mod outline;
+mod tiles;
 #[cfg(feature = "simplify")]
 mod trim;
 #[cfg(feature = "simplify")]
 pub(crate) use canonical::canonical;
-pub(crate) use cards::{Card, cards};
+pub(crate) use cards::{Card, cards, rect};
 pub(crate) use convex::{Point, clipped, crossing, cut, is_convex, turn};
 pub use outline::{MAX_OUTLINES, OUTLINE_CORNERS, Outline};
 pub(crate) use outline::{Outlines, at_level, moved};
+pub use tiles::{Tiles, Tiling};
 #[cfg(feature = "simplify")]
 pub use trim::TRIM_CORNERS;
 

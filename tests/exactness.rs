@@ -11,7 +11,7 @@ use common::{
 use foliage_lod::{
     Plant,
     internals::appearance::Appearance,
-    simplify::{Compensate, CpuFragments, Criterion, Quiet, SimplifyOptions, ViewSet, order},
+    simplify::{Compensate, CpuFragments, Criterion, GrowBy, Quiet, SimplifyOptions, ViewSet, order},
 };
 use glam::DVec3;
 
@@ -39,6 +39,7 @@ fn assert_equals_naive_with(plant: &Plant, options: &SimplifyOptions) {
     let mut naive = Naive::new(plant, resolution, background, max_scale);
     let same_views: Vec<usize> = naive.cameras.iter().map(|[.., toward]| same_view(&views, *toward)).collect();
     let comparison = |appearance| comparison(appearance, same_views.clone());
+    naive.pivot_uv = (options.grow_by == GrowBy::Tile).then_some([0.5, 0.0]);
     naive.criterion = options.criterion;
     naive.compensate = options.compensate;
     naive.intrinsic = options.intrinsic.into();
@@ -116,6 +117,14 @@ fn leaves_about_wood_grow_for_pictures_as_by_the_naive_method() {
 #[test]
 fn masked_leaves_are_pruned_and_grow_for_pictures_as_by_the_naive_method() {
     assert_judged_as_naive(&plants::masked(200, 11), Criterion::Image, Compensate::Image);
+}
+
+#[test]
+fn masked_leaves_grow_by_tiling_as_by_the_naive_method() {
+    let options = SimplifyOptions { resolution: 32, grow_by: GrowBy::Tile, ..SimplifyOptions::paper() };
+    assert_equals_naive_with(&plants::masked(200, 6), &options);
+    let judged = SimplifyOptions { criterion: Criterion::Image, compensate: Compensate::Image, ..options };
+    assert_equals_naive_with(&plants::masked(200, 11), &judged);
 }
 
 #[test]

@@ -41,7 +41,7 @@ struct View {
 
 impl View {
     fn triangles(&self) -> ViewTriangles<'_> {
-        ViewTriangles { resolution: self.resolution, screen: &self.screen, alpha: &self.alpha }
+        ViewTriangles { resolution: self.resolution, screen: &self.screen, alpha: &self.alpha, tiling: &[] }
     }
 
     fn push(&mut self, corners: [[i32; 2]; 3], alpha: AlphaTest) {

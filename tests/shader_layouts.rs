@@ -90,7 +90,7 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
             &module,
             LookRecord,
             "Look",
-            [origin, material, color, size, uv_low, uv_size, shown, outline, farther]
+            [origin, material, color, size, uv_low, uv_size, shown, shown_low, anchor, outline, farther]
         );
         assert_layout!(
             &module,
@@ -101,7 +101,7 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
         assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size, tone, mean]);
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);
     }
-    let all = Variant { wind: true, contrast: true, tone: false, alpha: true };
+    let all = Variant { wind: true, contrast: true, tone: false, tiles: true, alpha: true };
     let module = parsed(&shaders::leaf_pass(&look, all));
     assert_layout!(&module, Tone, "Tone", [mean, kept]);
     assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, phases, flutter]);

@@ -13,7 +13,7 @@ use foliage_lod::{
     grow::{GrowOptions, Species, grow},
     measure::Reference,
     model::Growth,
-    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
+    simplify::{CpuFragments, GrowBy, Quiet, SimplifyOptions, simplify},
     software::{DrawList, Image, Painter, SoftwareRenderer, model_toning},
 };
 use glam::{DAffine3, DVec3};
@@ -24,7 +24,7 @@ const SIZE: [u32; 2] = [160, 160];
 fn birch() -> (FoliageModel, f64) {
     let species = Species::embedded("betula-populifolia").unwrap();
     let plant = grow(&species, &GrowOptions { leaves: Some(900), ..GrowOptions::default() }).unwrap();
-    let options = SimplifyOptions { resolution: 64, ..SimplifyOptions::balanced() };
+    let options = SimplifyOptions { resolution: 64, grow_by: GrowBy::Scale, ..SimplifyOptions::balanced() };
     let simplified = simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap();
     (simplified.model, simplified.leaf_layers)
 }
@@ -91,13 +91,13 @@ fn without_tone_every_pixel_is_that_of_plain_scaling() {
     let plain = without_tone(&model);
     let off = Look { tone: false, ..Look::default() };
     for active in [900.0, 300.0, 20.0] {
-        assert_eq!(painted(&model, off, active), painted(&plain, Look::default(), active));
+        assert!(painted(&model, off, active) == painted(&plain, Look::default(), active), "{active}");
     }
-    assert_eq!(painted(&model, Look::default(), 900.0), painted(&plain, Look::default(), 900.0));
+    assert!(painted(&model, Look::default(), 900.0) == painted(&plain, Look::default(), 900.0));
     let Some(mut toned) = Stage::new(&model, off) else { return };
     let mut untoned = Stage::new(&plain, Look::default()).unwrap();
     for active in [900.0, 300.0, 20.0] {
-        assert_eq!(toned.draw(active), untoned.draw(active));
+        assert!(toned.draw(active) == untoned.draw(active), "{active}");
     }
     for stage in [toned, untoned] {
         let found = stage.foliage.diagnostics();
@@ -108,7 +108,7 @@ fn without_tone_every_pixel_is_that_of_plain_scaling() {
 #[test]
 fn the_gpu_tones_as_the_cpu_does_and_contrast_gives_way() {
     let (model, _) = birch();
-    let model = FoliageModel { growth: Growth { tone: 0.5 }, ..model };
+    let model = FoliageModel { growth: Growth { tone: 0.5, tiles: false }, ..model };
     let Some(mut toned) = Stage::new(&model, Look::default()) else { return };
     let mut plain = Stage::new(&without_tone(&model), Look::default()).unwrap();
     let contrast =
@@ -122,8 +122,8 @@ fn the_gpu_tones_as_the_cpu_does_and_contrast_gives_way() {
             difference(&plain.draw(active), &painted(&without_tone(&model), Look::default(), active));
         println!("{active}: tone changes {shown:.2}; CPU differs by {mean:.2}, without tone by {untoned_mean:.2}");
         assert!(shown > 0.3 && mean < untoned_mean + 0.1 && percentile < 48, "{shown} {mean} {percentile}");
-        assert_eq!(both.draw(active), with);
-        assert_eq!(painted(&model, contrast, active), painted(&model, Look::default(), active));
+        assert!(both.draw(active) == with, "{active}");
+        assert!(painted(&model, contrast, active) == painted(&model, Look::default(), active), "{active}");
     }
     assert_eq!(toned.foliage.diagnostics().leaf_variants, [Variant { tone: true, ..Variant::default() }]);
 }

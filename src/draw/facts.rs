@@ -38,6 +38,8 @@ pub struct ModelFacts {
     pub(crate) mean: [f32; 3],
     /// Whether enlarged leaves have a tone.
     pub(super) has_tone: bool,
+    /// Whether enlarged leaves repeat their pictures.
+    pub(super) has_tiles: bool,
 }
 
 impl ModelFacts {
@@ -68,6 +70,7 @@ impl ModelFacts {
             shape: Shape::new(&Aabb::of_points(corners().map(local))),
             mean,
             has_tone: model.growth.tone > 0.0,
+            has_tiles: model.growth.tiles,
         }
     }
 }

@@ -56,20 +56,21 @@ struct Listed {
 }
 
 /// Bits of a sorting key below the model, the variant and the trimming.
-const CUT_BITS: u32 = 28;
+const CUT_BITS: u32 = 27;
 
 /// Key by which plants are sorted: first by model, variant and trimming, which the leaves' draws
 /// depend on, then by the number of the wood's cut.
 fn key(model: ModelId, variant: Variant, is_trimmed: bool, cut: u32) -> u64 {
     // The lower half of a model's key is its index among the models that exist.
     let model = model.data().as_ffi() << 32;
-    let variant = u64::from(variant.wind) << 2 | u64::from(variant.contrast) << 1 | u64::from(variant.tone);
+    let bits = [variant.tiles, variant.tone, variant.contrast, variant.wind];
+    let variant = (0..).zip(bits).fold(0, |bits, (at, bit)| bits | u64::from(bit) << at);
     model | variant << (CUT_BITS + 1) | u64::from(is_trimmed) << CUT_BITS | u64::from(cut)
 }
 
 fn variant_of(key: u64) -> Variant {
-    let [wind, contrast, tone] = [3, 2, 1].map(|bit| key >> (CUT_BITS + bit) & 1 == 1);
-    Variant { wind, contrast, tone, alpha: false }
+    let [tiles, tone, contrast, wind] = [1, 2, 3, 4].map(|bit| key >> (CUT_BITS + bit) & 1 == 1);
+    Variant { wind, contrast, tone, tiles, alpha: false }
 }
 
 fn is_trimmed(key: u64) -> bool {
@@ -199,7 +200,8 @@ impl FrameList {
             let tone = look.tone && model.has_tone && (is_reduced || instance.leaf_scale > 1.0);
             let contrast = look.effects.contrast.is_some() && is_reduced && !(look.tone && model.has_tone);
             let (cut, stem_width) = model.stems.numbered((f64::from(look.thinnest_px) / place.pixels_per_unit) as f32);
-            let variant = Variant { wind: moves, contrast, tone, alpha: false };
+            let tiles = model.has_tiles && (is_reduced || instance.leaf_scale > 1.0);
+            let variant = Variant { wind: moves, contrast, tone, tiles, alpha: false };
             let record = self.unsorted.len() as u32;
             let is_trimmed = place.pixels_per_unit >= f64::from(model.trimmed_from);
             let key = key(instance.model, variant, is_trimmed, cut);

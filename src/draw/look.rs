@@ -122,6 +122,8 @@ pub struct Variant {
     pub contrast: bool,
     /// Shaded colours of enlarged leaves are pulled towards the mean; excludes `contrast`.
     pub tone: bool,
+    /// Enlarged leaves of the model repeat their pictures.
+    pub tiles: bool,
     /// Some leaves of the draw are partly present, by alpha.
     pub alpha: bool,
 }
@@ -130,10 +132,10 @@ impl Variant {
     /// All combinations.
     pub fn all() -> impl Iterator<Item = Self> {
         let of_bits = |bits| {
-            let [wind, contrast, tone, alpha] = [1, 2, 4, 8].map(|bit| bits & bit != 0);
-            Self { wind, contrast, tone, alpha }
+            let [wind, contrast, tone, tiles, alpha] = [1, 2, 4, 8, 16].map(|bit| bits & bit != 0);
+            Self { wind, contrast, tone, tiles, alpha }
         };
-        (0..16).map(of_bits).filter(|variant| !(variant.contrast && variant.tone))
+        (0..32).map(of_bits).filter(|variant| !(variant.contrast && variant.tone))
     }
 
     /// Whether its shader reads effect buffers.

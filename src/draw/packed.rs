@@ -92,7 +92,7 @@ impl Packed {
             let reach = unit_of_length(reaches[leaf]);
             let uvs = || corners_of(leaf).map(|corner| Vec2::from(corner.uv));
             let (origin, pivot) = grid.place(record.pivot);
-            let mut look = look(origin, record.material, color, reach, uvs(), record.uv_size);
+            let mut look = look(origin, record.material, color, reach, uvs(), record);
             look.outline = trimmed.leaves[leaf];
             numbers.push(looks.number(look));
             let even = corners_of(leaf).next().filter(|_| has_even_colors);

@@ -120,6 +120,11 @@ pub struct LeafRecord {
     pub end_event: u32,
     /// Width and height of the part of the texture that the leaf shows, in texture coordinates.
     pub uv_size: [f32; 2],
+    /// Lowest texture coordinates of that part.
+    pub uv_low: [f32; 2],
+    /// Point of that part that stays in place where the enlarged leaf repeats it (see
+    /// [`Growth::tiles`](crate::model::Growth::tiles)), as a fraction; -1 if it does not.
+    pub anchor: [f32; 2],
     /// Seed by which partial coverage is spread over samples, like a fraction of 2^32.
     pub seed: u32,
 }
@@ -169,6 +174,11 @@ pub struct LookRecord {
     pub uv_size: [f32; 2],
     /// Width and height of the part of the texture that a leaf shows, in texture coordinates.
     pub shown: [f32; 2],
+    /// Lowest texture coordinates of that part.
+    pub shown_low: [f32; 2],
+    /// Point of that part that stays in place where an enlarged leaf repeats it, as a fraction; -1
+    /// if it does not.
+    pub anchor: [f32; 2],
     /// Extra after [`PackingRecord::first_outline`] for the leaf's first quad, or [`NO_EXTRA`] if
     /// its quads are drawn whole. That extra has the place, after the same one, of the quad's
     /// outlines: an extra of four bits for each mip level, which are the number of a row, or 15 for

@@ -164,6 +164,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .with_part(include_str!("../../shaders/packing.wgsl"))
         .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
         .with_part(tone(variant))
+        .with_part(part(variant.tiles, include_str!("../../shaders/tiles.wgsl"), NO_TILES))
         .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))
         .with_part(part(has_shadow, include_str!("../../shaders/shadow.wgsl"), ""))
         .with_part(part(has_shadow, include_str!("../../shaders/shadowed.wgsl"), NO_SHADOW))
@@ -172,6 +173,10 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
 
 const NO_SHADOW: &str = "fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 { return 1.0; }\n";
 const NO_FADE: &str = "fn fade_share(leaf: u32, instance: u32) -> f32 { return 1.0; }\n";
+const NO_TILES: &str = "\
+fn is_tiled(scale: f32, anchor: vec2<f32>) -> bool { return false; }
+fn tiled(uv: vec2<f32>, rect: vec4<f32>, scale: f32, anchor: vec2<f32>) -> Shown { return Shown(uv, vec2(1.0)); }
+";
 const NO_TONE: &str = "\
 fn kept_at(scale: f32) -> f32 { return 1.0; }
 fn toned(color: vec3<f32>, surface: Surface) -> vec3<f32> { return color; }

@@ -14,8 +14,8 @@ use crate::{
     bounds::Aabb,
     crown::inverse_half_size,
     leaf::Vertex,
-    model::{FoliageModel, Timeline},
-    plant::Outline,
+    model::{FoliageModel, Leaf, Timeline},
+    plant::{Outline, rect},
 };
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -167,21 +167,23 @@ fn leaf_records(model: &FoliageModel, center: DVec3) -> (Vec<LeafRecord>, Vec<Ev
         material: leaf.material,
         first_event: events[0],
         end_event: events[1],
-        uv_size: uv_size(&model.vertices[leaf.geometry().vertex_range()]),
+        uv_low: uv_range(model, leaf)[0],
+        uv_size: uv_range(model, leaf)[1],
+        anchor: model.tiles(leaf).map_or([-1.0; 2], |tiles| tiles.anchor),
         seed,
     });
     let events = timeline.events().iter().zip(timeline.scales()).map(|(&leaf, &scale)| Event { leaf, scale });
     (leaves.collect(), events.collect())
 }
 
-/// Width and height of the part of a texture that the vertices span.
-fn uv_size(vertices: &[Vertex]) -> [f32; 2] {
-    [0, 1].map(|axis| {
-        let values = vertices.iter().map(|vertex| vertex.uv[axis]);
-        let (low, high) =
-            values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), uv| (low.min(uv), high.max(uv)));
-        (high - low).max(0.0)
-    })
+/// Lowest texture coordinates, width and height of the part of a texture that the vertices span.
+fn uv_range(model: &FoliageModel, leaf: &Leaf) -> [[f32; 2]; 2] {
+    let vertices = &model.vertices[leaf.geometry().vertex_range()];
+    let [low, high] = rect(vertices.iter().map(|vertex| vertex.uv));
+    if vertices.is_empty() {
+        return [[0.0; 2]; 2];
+    }
+    [low, [0, 1].map(|axis| high[axis] - low[axis])]
 }
 
 fn crown_record(model: &FoliageModel, center: DVec3) -> CrownRecord {

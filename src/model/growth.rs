@@ -11,6 +11,9 @@ pub struct Growth {
     /// Tone: a leaf of linear scale s > 1 keeps s^(-2 tone) of its shaded colour's distance from
     /// the plant's mean. From 0, all of it, to [`MAX_TONE`](Self::MAX_TONE).
     pub tone: f32,
+    /// Whether enlarged cut-out leaves that fill a rectangle of their texture repeat it, so that
+    /// what they show keeps its size.
+    pub tiles: bool,
 }
 
 impl Growth {

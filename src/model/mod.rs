@@ -29,7 +29,7 @@ use crate::{
     Plant,
     bounds::{Aabb, Sphere},
     leaf::LeafGeometry,
-    plant::PlantOf,
+    plant::{PlantOf, Tiles},
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -189,6 +189,12 @@ impl FoliageModel {
             }
         }
         largest
+    }
+
+    /// What an enlarged leaf repeats; `None` if it is drawn larger.
+    pub(crate) fn tiles(&self, leaf: &Leaf) -> Option<Tiles> {
+        let material = self.materials.get(leaf.material as usize).filter(|_| self.growth.tiles)?;
+        Tiles::of_leaf(&leaf.geometry(), material, &self.vertices, &self.indices)
     }
 
     /// Every vertex of the wood, and for each leaf its pivot and its vertices at scale 1 and at its

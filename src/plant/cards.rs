@@ -43,7 +43,7 @@ pub(crate) fn cards<const N: usize>(
     Some(cards.iter().map(|&first| Card { first, rect: rect_of(first) }).collect())
 }
 
-fn rect(uvs: impl Iterator<Item = [f32; 2]>) -> Rect {
+pub(crate) fn rect(uvs: impl Iterator<Item = [f32; 2]>) -> Rect {
     uvs.fold([[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]], |[low, high], uv| {
         [[low[0].min(uv[0]), low[1].min(uv[1])], [high[0].max(uv[0]), high[1].max(uv[1])]]
     })

@@ -8,13 +8,15 @@ use super::{
     shapes::Shapes,
     views::ViewSet,
 };
-use crate::{Error, Result};
+use crate::{Error, Result, plant::Tiling};
 use rayon::prelude::*;
 
 /// Projected triangles of one view, with their alpha tests, depth planes and rows.
 struct Prepared {
     screen: Vec<[[i32; 2]; 3]>,
     alpha: Vec<AlphaTest>,
+    /// Empty if no leaf grows by tiling.
+    tiling: Vec<Option<Tiling>>,
     depth: Vec<DepthPlane>,
     /// Leaf of each triangle or, for the wood, the row after the background's.
     rows: Vec<u32>,
@@ -52,11 +54,11 @@ pub fn capture(
     advance: impl FnMut(u64) -> bool,
 ) -> Result<Captured> {
     let no_wood = |_| vec![NO_WOOD; views.pixels()];
-    captured(&Capture { shapes, views, has_wood: true, scale: |_| Some(1.0) }, no_wood, source, advance)
+    captured(&Capture { shapes, views, has_wood: true, tiles: false, scale: |_| Some(1.0) }, no_wood, source, advance)
 }
 
 /// Same as [`capture`], but each leaf at its own scale, without those for which `scale` returns
-/// `None`, and with the wood that was captured before.
+/// `None`, by tiling if `tiles` says so, and with the wood that was captured before.
 ///
 /// # Errors
 /// Same as [`capture`].
@@ -64,11 +66,12 @@ pub fn capture_leaves(
     shapes: &Shapes,
     views: &ViewSet,
     scale: impl Fn(usize) -> Option<f32> + Sync,
+    tiles: bool,
     wood_depths: &[Vec<u32>],
     source: &mut dyn FragmentSource,
 ) -> Result<Captured> {
     let wood = |view: usize| wood_depths[view].clone();
-    captured(&Capture { shapes, views, has_wood: false, scale }, wood, source, |_| true)
+    captured(&Capture { shapes, views, has_wood: false, tiles, scale }, wood, source, |_| true)
 }
 
 /// Same as [`capture`], but finds only what shows.
@@ -82,7 +85,7 @@ pub fn capture_shown(
     advance: impl FnMut(u64) -> bool,
 ) -> Result<Shown> {
     let leaves = shapes.shapes.len() as u32 - 1;
-    let capture = Capture { shapes, views, has_wood: true, scale: |_| Some(1.0) };
+    let capture = Capture { shapes, views, has_wood: true, tiles: false, scale: |_| Some(1.0) };
     let fronts = |_: usize, view: &Prepared, coverage: &[Coverage]| {
         let fragment = |entry: &Coverage| (entry.pixel, view.depth(views, *entry), view.rows[entry.triangle as usize]);
         let [fronts, wood_depths] = fronts(views.pixels(), coverage.iter().map(fragment), leaves);
@@ -125,6 +128,8 @@ struct Capture<'a, S> {
     shapes: &'a Shapes,
     views: &'a ViewSet,
     has_wood: bool,
+    /// Whether leaves that can grow by tiling do.
+    tiles: bool,
     /// Scale of each leaf, or `None` to leave it out.
     scale: S,
 }
@@ -160,7 +165,7 @@ impl<S: Fn(usize) -> Option<f32> + Sync> Capture<'_, S> {
 
     /// Projects the triangles of one view.
     fn prepare(&self, view: usize) -> Prepared {
-        let Self { shapes, views, has_wood, .. } = *self;
+        let Self { shapes, views, has_wood, tiles, .. } = *self;
         let camera = &views.views[view];
         let wood = shapes.shapes.len() - 1;
         let [of_leaves, of_all] = shapes.shapes[wood].triangles;
@@ -175,6 +180,7 @@ impl<S: Fn(usize) -> Option<f32> + Sync> Capture<'_, S> {
                 let Some(corners) = shapes.corners(shape, triangle, &projected) else { continue };
                 out.screen.push(corners.map(|p| [p.x as i32, p.y as i32]));
                 out.alpha.push(shapes.alpha_test(shape, triangle, &corners));
+                out.tiling.extend(tiles.then(|| shape.tiling(scale)));
                 out.depth.push(shapes.depth_plane(views, camera, shape, triangle, scale));
                 out.rows.push(row as u32);
             }
@@ -188,7 +194,7 @@ impl<S: Fn(usize) -> Option<f32> + Sync> Capture<'_, S> {
 /// # Errors
 /// The errors of the source.
 pub fn cover_views(shapes: &Shapes, views: &ViewSet, source: &mut dyn FragmentSource) -> Result<u64> {
-    let capture = Capture { shapes, views, has_wood: true, scale: |_| Some(1.0) };
+    let capture = Capture { shapes, views, has_wood: true, tiles: false, scale: |_| Some(1.0) };
     let mut fragments = 0;
     let mut coverage = Vec::new();
     for view in 0..views.views.len() {
@@ -204,6 +210,7 @@ impl Prepared {
         Self {
             screen: Vec::with_capacity(triangles),
             alpha: Vec::with_capacity(triangles),
+            tiling: Vec::new(),
             depth: Vec::with_capacity(triangles),
             rows: Vec::with_capacity(triangles),
         }
@@ -211,7 +218,7 @@ impl Prepared {
 
     fn triangles(&self, resolution: u32) -> ViewTriangles<'_> {
         debug_assert!(self.alpha.iter().all(|alpha| alpha.mask == NO_MASK || alpha.q.iter().all(|q| q.is_finite())));
-        ViewTriangles { resolution, screen: &self.screen, alpha: &self.alpha }
+        ViewTriangles { resolution, screen: &self.screen, alpha: &self.alpha, tiling: &self.tiling }
     }
 
     /// Depth of an entry of the view's coverage.

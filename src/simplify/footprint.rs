@@ -25,10 +25,12 @@ impl Footprint {
     }
 
     /// Rasterises leaf `leaf` at `scale` in view `view`, replacing the previous footprint.
-    pub fn rasterise(&mut self, Scene { shapes, views, masks, .. }: Scene<'_>, view: usize, leaf: u32, scale: f32) {
+    pub fn rasterise(&mut self, scene: Scene<'_>, view: usize, leaf: u32, scale: f32) {
+        let Scene { shapes, views, masks, .. } = scene;
         self.fragments.clear();
         let camera = &views.views[view];
         let shape = &shapes.shapes[leaf as usize];
+        let tiling = scene.tiling(shape, scale);
         let mut projected = std::mem::take(&mut self.projected);
         shapes.project(views, camera, shape, scale, &mut projected);
         for triangle in shape.triangles[0]..shape.triangles[1] {
@@ -39,7 +41,7 @@ impl Footprint {
                     let alpha = shapes.alpha_test(shape, triangle, &corners);
                     (alpha, shapes.depth_plane(views, camera, shape, triangle, scale))
                 });
-                let alpha = alpha.row(masks, y);
+                let alpha = alpha.row(masks, tiling.as_ref(), y);
                 for x in first..=last {
                     if alpha.is_none_or(|alpha| alpha.covers(x)) {
                         self.add((y * i64::from(views.resolution) + x) as u32, depth.depth(x, y));

@@ -6,7 +6,7 @@
 //! visibility and everything after that from the same numbers for every rasteriser, so two
 //! rasterisers that cover the same pixels give the same model.
 
-use crate::{Result, material::Wrap};
+use crate::{Result, material::Wrap, plant::Tiling};
 
 /// Value of `mask` for a triangle that needs no alpha test.
 pub const NO_MASK: u32 = u32::MAX;
@@ -70,9 +70,16 @@ pub struct ViewTriangles<'a> {
     pub screen: &'a [[[i32; 2]; 3]],
     /// One per triangle.
     pub alpha: &'a [AlphaTest],
+    /// One per triangle, `None` where its leaf shows one picture; empty if all do.
+    pub tiling: &'a [Option<Tiling>],
 }
 
 impl ViewTriangles<'_> {
+    /// Tiling of a triangle, if its leaf shows several pictures.
+    pub fn tiling(&self, triangle: usize) -> Option<&Tiling> {
+        self.tiling.get(triangle)?.as_ref()
+    }
+
     /// Converts a corner to a clip-space position with w = 1 for wgpu (x right, y up, both -1 to
     /// 1). The viewport transform restores the snapped position exactly if the resolution is a
     /// power of two, and to far less than half a step otherwise.

@@ -18,6 +18,7 @@ use super::{
     shapes::Shape,
     views::{ScreenPoint, View},
 };
+use crate::plant::Tiling;
 
 /// Judges growths, one view at a time. Reuses its memory.
 #[derive(Debug)]
@@ -25,6 +26,8 @@ pub struct Judge {
     /// For each pixel, the last growth that was found to show there.
     stamps: Vec<u32>,
     stamp: u32,
+    /// Tiling of the growth being judged.
+    tiling: Option<Tiling>,
     /// Pixels in which the target shows now, as (x, y).
     shown: Vec<[u32; 2]>,
     triangles: Vec<ScreenTriangle>,
@@ -92,6 +95,7 @@ impl Judge {
         Self {
             stamps: vec![0; pixels],
             stamp: 0,
+            tiling: None,
             shown: Vec::new(),
             triangles: Vec::new(),
             projected: Vec::new(),
@@ -154,6 +158,7 @@ impl Judge {
         self.triangles.clear();
         let (shapes, views, shape) = (on.scene.shapes, on.scene.views, on.shape(target));
         shapes.project(views, on.camera(), shape, to, &mut self.projected);
+        self.tiling = on.scene.tiling(shape, to);
         let mut gain = Gain::default();
         for triangle in shape.triangles[0]..shape.triangles[1] {
             let Some(corners) = shapes.corners(shape, triangle, &self.projected) else { continue };
@@ -193,14 +198,14 @@ impl Judge {
 
     /// Gain of the pixels in which a triangle shows and the target does not show yet.
     fn newly_shown(&mut self, on: ViewOf<'_>, target: u32, triangle: &ScreenTriangle) -> Gain {
-        let Self { stamps, stamp, open, .. } = self;
+        let Self { stamps, stamp, open, tiling, .. } = self;
         let &ScreenTriangle { corners, depth, alpha } = triangle;
         let Some([low, high]) = bounds(on.resolution(), corners) else { return Gain::default() };
         let side = SIDE as i64;
         let columns = high[0] / side - low[0] / side + 1;
         let mut gain = Gain::default();
         cover(on.resolution(), corners, |y, first, last| {
-            let alpha = alpha.row(on.scene.masks, y);
+            let alpha = alpha.row(on.scene.masks, tiling.as_ref(), y);
             let open = &open[((y / side - low[1] / side) * columns) as usize..];
             for column in (first / side..=last / side).filter(|column| open[(column - low[0] / side) as usize]) {
                 let left = column * side;
@@ -238,7 +243,7 @@ impl Judge {
             let shows = self.triangles.iter().any(|triangle| {
                 covers_pixel(triangle.corners, x, y)
                     && stays_front(triangle.depth.depth(x, y))
-                    && triangle.alpha.row(on.scene.masks, y).is_none_or(|alpha| alpha.covers(x))
+                    && triangle.alpha.row(on.scene.masks, self.tiling.as_ref(), y).is_none_or(|alpha| alpha.covers(x))
             });
             if !shows {
                 gain = gain.plus(on.gain(pixel, target, on.layers.second(pixel)));

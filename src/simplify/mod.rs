@@ -45,7 +45,7 @@ pub(crate) mod vmi;
 
 pub use fragments::{AlphaMask, AlphaTest, Coverage, FragmentSource, ViewTriangles};
 pub use memory::{available_bytes, estimated_bytes};
-pub use options::{Compensate, Criterion, MAX_SCALE_LIMIT, SimplifyOptions};
+pub use options::{Compensate, Criterion, GrowBy, MAX_SCALE_LIMIT, SimplifyOptions};
 pub use raster::CpuFragments;
 pub use recipe::{Observer, Quiet, Seconds, Simplified, order, rasterise_all, simplify};
 pub use views::{MAX_RESOLUTION, VIEW_COUNTS, View, ViewSet};

@@ -53,6 +53,20 @@ impl Compensate {
     }
 }
 
+/// How leaves grow that make up for pruned ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Display, EnumMessage, EnumString, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
+pub enum GrowBy {
+    /// Each is drawn larger (after Gasch et al.).
+    Scale,
+    /// Cut-out leaves that fill a rectangle of their texture repeat it, so that what they show
+    /// keeps its size; other leaves are drawn larger.
+    Tile,
+    /// By tiling where it does not show as a grid: where many leaves lie behind each other.
+    #[default]
+    Auto,
+}
+
 /// Options of a simplification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimplifyOptions {
@@ -84,6 +98,8 @@ pub struct SimplifyOptions {
     /// Halves the resolution once leaves have grown: when 15 % of them are left, and again at 4 %.
     /// Saves a third of the time at little loss, since enlarged leaves need fewer pixels.
     pub cascade: bool,
+    /// How leaves grow.
+    pub grow_by: GrowBy,
     /// Gives the model a tone for enlarged leaves ([`Growth::tone`](crate::model::Growth::tone)),
     /// chosen by how many leaves lie behind each other. Does not affect order and scales.
     pub tone: bool,
@@ -109,6 +125,7 @@ impl SimplifyOptions {
             intrinsic: 0.0,
             max_scale: 8.0,
             cascade: false,
+            grow_by: GrowBy::Scale,
             tone: false,
             threads: 0,
             max_memory_mb: None,
@@ -128,6 +145,7 @@ impl SimplifyOptions {
             criterion: Criterion::Image,
             compensate: Compensate::Image,
             cascade: true,
+            grow_by: GrowBy::Auto,
             tone: true,
             ..Self::paper()
         }

@@ -230,7 +230,7 @@ mod tests {
         let Captured { layers, covered, .. } = capture(&shapes, &views, &mut CpuFragments::new(), |_| true).unwrap();
         let areas = count_areas(&layers.iter().collect::<Vec<_>>(), plant.leaves.len());
         let criterion = vmi(&areas, &layers.iter().collect::<Vec<_>>());
-        let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks, appearance: None };
+        let scene = Scene { shapes: &shapes, views: &views, masks: &masks.masks, appearance: None, tiles: false };
         let enlarger = Enlarger::new(&plant, covered, Compensate::Nearest, 4.0);
         let price = Price::new(1, 0);
         let mut pruner = Pruner::new(scene, layers, areas, price, Box::new(criterion), enlarger);

@@ -9,6 +9,7 @@ use crate::{
     Result,
     edge::{Edge, SUBPIXEL, twice_area},
     material::Wrap,
+    plant::{Tiles, Tiling},
 };
 use rayon::prelude::*;
 use wide::i32x8;
@@ -117,11 +118,12 @@ impl AlphaTest {
     pub const NONE: Self = Self { u: [0.0; 3], v: [0.0; 3], q: [0.0; 3], anchor: [0.0; 2], mask: NO_MASK };
 
     /// Returns the test along row `y`, or `None` if every pixel passes.
-    pub fn row<'m>(&self, masks: &'m [AlphaMask], y: i64) -> Option<AlphaRow<'m>> {
+    pub fn row<'m>(&self, masks: &'m [AlphaMask], tiling: Option<&'m Tiling>, y: i64) -> Option<AlphaRow<'m>> {
         let mask = masks.get(self.mask as usize)?;
         let from_anchor = y as f32 - self.anchor[1];
         let along = |c: [f32; 3]| [c[0], c[1] * from_anchor + c[2]];
-        Some(AlphaRow { mask, u: along(self.u), v: along(self.v), q: along(self.q), anchor: self.anchor[0] })
+        let [u, v, q] = [self.u, self.v, self.q].map(along);
+        Some(AlphaRow { mask, tiling, u, v, q, anchor: self.anchor[0] })
     }
 }
 
@@ -130,6 +132,7 @@ impl AlphaTest {
 #[derive(Debug, Clone, Copy)]
 pub struct AlphaRow<'m> {
     mask: &'m AlphaMask,
+    tiling: Option<&'m Tiling>,
     u: [f32; 2],
     v: [f32; 2],
     q: [f32; 2],
@@ -143,7 +146,9 @@ impl AlphaRow<'_> {
         let from_anchor = x as f32 - self.anchor;
         let at = |c: [f32; 2]| c[0] * from_anchor + c[1];
         let w = 1.0 / at(self.q);
-        self.mask.covers(at(self.u) * w, at(self.v) * w)
+        let uv = [at(self.u) * w, at(self.v) * w];
+        let [u, v] = self.tiling.map_or(uv, |tiling| tiling.shown(uv));
+        self.mask.covers(u, v)
     }
 }
 
@@ -153,6 +158,23 @@ impl AlphaMask {
     pub fn covers(&self, u: f32, v: f32) -> bool {
         let texel = texel(v, self.height, self.wrap[1]) * self.width + texel(u, self.width, self.wrap[0]);
         self.bits[texel as usize / 32] >> (texel % 32) & 1 == 1
+    }
+}
+
+/// Samples of a picture along each axis.
+const PICTURE_SAMPLES: u16 = 64;
+
+impl AlphaMask {
+    /// Opaque share of a leaf's picture.
+    pub(super) fn opaque_share(&self, tiles: &Tiles) -> f64 {
+        let at = |i: u16| (f32::from(i) + 0.5) / f32::from(PICTURE_SAMPLES);
+        let row = |j: u16| {
+            (0..PICTURE_SAMPLES).filter(move |&i| {
+                let [u, v] = tiles.uv([at(i), at(j)]);
+                self.covers(u, v)
+            })
+        };
+        (0..PICTURE_SAMPLES).flat_map(row).count() as f64 / (f64::from(PICTURE_SAMPLES) * f64::from(PICTURE_SAMPLES))
     }
 }
 
@@ -213,21 +235,21 @@ impl FragmentSource for CpuFragments {
     }
 }
 
-/// Appends the fragments of the triangles for which `wanted(corners)` returns true.
+/// Appends the fragments of the triangles for which `wanted(triangle)` returns true.
 pub fn rasterise(
     masks: &[AlphaMask],
     view: ViewTriangles<'_>,
-    wanted: impl Fn(&[[i32; 2]; 3]) -> bool,
+    wanted: impl Fn(usize) -> bool,
     out: &mut Vec<Coverage>,
 ) {
     let resolution = i64::from(view.resolution);
     for (triangle, (corners, alpha)) in view.screen.iter().zip(view.alpha).enumerate() {
-        if !wanted(corners) {
+        if !wanted(triangle) {
             continue;
         }
         let corners = corners.map(|corner| corner.map(i64::from));
         cover(view.resolution, corners, |y, first, last| {
-            let alpha = alpha.row(masks, y);
+            let alpha = alpha.row(masks, view.tiling(triangle), y);
             let covered = (first..=last).filter(|&x| alpha.is_none_or(|alpha| alpha.covers(x)));
             out.extend(covered.map(|x| Coverage { pixel: (y * resolution + x) as u32, triangle: triangle as u32 }));
         });

@@ -90,7 +90,7 @@ pub fn simplify(
     observer: &mut dyn Observer,
 ) -> Result<Simplified> {
     let mut plant = checked(plant, options)?;
-    let Done { prunes, fragments, seconds, leaf_layers, .. } = in_pool(&plant, options, source, observer)?;
+    let Done { prunes, fragments, seconds, leaf_layers, tiles, .. } = in_pool(&plant, options, source, observer)?;
     // So that models find leaves of the same shape.
     plant.sort_by_uv();
     let adapter = source.adapter();
@@ -106,6 +106,7 @@ pub fn simplify(
         adapter,
     };
     let mut model = FoliageModel::assemble(&plant, &prunes, recipe)?;
+    model.growth.tiles = tiles;
     if options.tone {
         model.growth.tone = tone::of_layers(leaf_layers);
     }
@@ -208,6 +209,7 @@ struct Done {
     prunes: Vec<Prune>,
     fragments: u64,
     leaf_layers: f64,
+    tiles: bool,
     seconds: Seconds,
 }
 
@@ -227,12 +229,13 @@ impl Work<'_> {
         let background = self.plant.leaves.len() as u32;
         let is_first = done.enlarger.is_none();
         let (enlarger, mut layers, fronts, fragments) =
-            self.shown(done.enlarger.take(), views, source, |done| observer.advance(done))?;
+            self.shown(done.enlarger.take(), done.tiles, views, source, |done| observer.advance(done))?;
         done.fragments += fragments;
         if is_first {
             let of_leaves = fronts.iter().flatten().filter(|&&front| front < background).count();
             let covered: u64 = enlarger.covered.iter().map(|&pixels| u64::from(pixels)).sum();
             done.leaf_layers = covered as f64 / of_leaves.max(1) as f64;
+            done.tiles = tone::tiles(self.options.grow_by, done.leaf_layers, self.shapes.tiled(&self.masks.masks));
         }
         let open = fronts.iter().flatten().filter(|&&front| front == background).count();
         let price = Price::new(pixels, open as u64);
@@ -254,7 +257,8 @@ impl Work<'_> {
         let dead = enlarger.dead.iter().zip(0..).filter(|(dead, _)| **dead);
         dead.for_each(|(_, leaf)| criterion.retire(leaf));
         let judging = self.appearances[1].as_deref();
-        let scene = Scene { shapes: self.shapes, views, masks: &self.masks.masks, appearance: judging };
+        let scene =
+            Scene { shapes: self.shapes, views, masks: &self.masks.masks, appearance: judging, tiles: done.tiles };
         let first = done.prunes.len();
         let pruner = Pruner::new(scene, layers, areas, price, criterion, enlarger);
         done.enlarger = Some(pruner.run(left, &mut done.prunes, |done| observer.advance(done))?);
@@ -268,6 +272,7 @@ impl Work<'_> {
     fn shown(
         &self,
         enlarger: Option<Enlarger>,
+        tiles: bool,
         views: &ViewSet,
         source: &mut dyn FragmentSource,
         advance: impl FnMut(u64) -> bool,
@@ -280,7 +285,7 @@ impl Work<'_> {
         };
         let Shown { fronts, wood_depths, fragments } = capture_shown(self.shapes, views, source, advance)?;
         let scale = |leaf: usize| (!enlarger.dead[leaf]).then_some(enlarger.scales[leaf]);
-        let Captured { layers, covered, .. } = capture_leaves(self.shapes, views, scale, &wood_depths, source)?;
+        let Captured { layers, covered, .. } = capture_leaves(self.shapes, views, scale, tiles, &wood_depths, source)?;
         enlarger.covered = covered;
         Ok((enlarger, layers, fronts, fragments))
     }

@@ -8,12 +8,16 @@
 
 use super::{
     depth::DepthPlane,
-    fragments::{AlphaTest, NO_MASK},
+    fragments::{AlphaMask, AlphaTest, NO_MASK},
     masks::Masks,
     views::{CAMERA_DISTANCE, NEAR, ScreenPoint, View, ViewSet},
 };
-use crate::{edge::SUBPIXEL, plant::Plant};
+use crate::{
+    edge::SUBPIXEL,
+    plant::{Plant, Tiles, Tiling},
+};
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::collections::HashMap;
 
 /// Distance, as a fraction of a leaf's reach, below which its planes are merged with each other and
 /// moved to the pivot: well above the rounding of `f32` positions, well below the bend of a leaf.
@@ -45,6 +49,15 @@ pub struct Shape {
     /// Largest distance of a vertex from the pivot.
     reach: f64,
     mask: u32,
+    /// What an enlarged leaf repeats, if it grows by tiling.
+    tiles: Option<Tiles>,
+}
+
+impl Shape {
+    /// Tiling at a scale, if the leaf can grow by it and is enlarged.
+    pub fn tiling(&self, scale: f32) -> Option<Tiling> {
+        self.tiles.and_then(|tiles| tiles.at(scale))
+    }
 }
 
 /// All leaves and the wood, prepared once.
@@ -78,6 +91,9 @@ impl Shapes {
             let indices = plant.indices[leaf.index_range()].iter().map(|index| index - first);
             let vertices = vertices.iter().map(|v| (place(v.position), v.uv));
             shapes.push(place(leaf.pivot), vertices, indices, masks.of_material(leaf.material));
+            let material = &plant.materials[leaf.material as usize];
+            let tiles = Tiles::of_leaf(leaf, material, &plant.vertices, &plant.indices);
+            shapes.shapes.last_mut().expect("pushed just now").tiles = tiles;
         }
         let wood = plant.wood.vertices.iter().map(|v| (place(v.position), v.uv));
         shapes.push(DVec3::ZERO, wood, masks.wood_indices(&plant.wood), NO_MASK);
@@ -113,6 +129,7 @@ impl Shapes {
             pivot,
             reach,
             mask,
+            tiles: None,
         });
     }
 
@@ -177,6 +194,22 @@ impl Shapes {
             at_origin: (along * origin_x + upward * origin_y - facing) / from_camera,
             range,
         }
+    }
+
+    /// Share of the leaves that can grow by tiling, and the mean opaque share of their pictures.
+    pub fn tiled(&self, masks: &[AlphaMask]) -> [f64; 2] {
+        let leaves = &self.shapes[..self.shapes.len() - 1];
+        let mut opaque = HashMap::new();
+        let tiled: Vec<f64> = leaves
+            .iter()
+            .filter_map(|leaf| Some((leaf.mask, leaf.tiles?)))
+            .map(|(mask, tiles)| {
+                let of_picture = || masks.get(mask as usize).map_or(1.0, |mask| mask.opaque_share(&tiles));
+                *opaque.entry((mask, tiles.rect_bits())).or_insert_with(of_picture)
+            })
+            .collect();
+        let count = tiled.len() as f64;
+        [count / leaves.len().max(1) as f64, tiled.iter().sum::<f64>() / count.max(1.0)]
     }
 
     /// Alpha test of a triangle in a view, from its projected corners.

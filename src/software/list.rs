@@ -8,7 +8,7 @@ use crate::{
     effects::{FadeBy, wind::Sway},
     leaf::{LeafGeometry, Vertex},
     model::{FoliageModel, Leaf, Timeline, Transition},
-    plant::{Outline, Outlines, Wood, WoodPart},
+    plant::{Outline, Outlines, Tiles, Wood, WoodPart},
 };
 use glam::{DAffine3, DVec3};
 
@@ -35,6 +35,8 @@ pub struct Part<'a> {
     pub share: f32,
     /// Outlines around all that is opaque of the part's texture, if there are any.
     pub outlines: &'a [Outline],
+    /// What the part repeats if it is enlarged; `None` to show one larger picture.
+    pub tiles: Option<Tiles>,
 }
 
 impl Part<'_> {
@@ -86,6 +88,7 @@ impl<'a> DrawList<'a> {
                 seed,
                 share: 1.0,
                 outlines: &[],
+                tiles: None,
             };
             list.add_leaf(part, leaf, &outlines);
         }
@@ -152,6 +155,7 @@ impl<'a> DrawList<'a> {
             seed: 0,
             share: 1.0,
             outlines: &[],
+            tiles: None,
         };
         let crown = Aabb::of_points(leaf_vertices.iter().map(|vertex| vertex.position));
         Self { parts: wood.parts.iter().map(part).collect(), crown }
@@ -169,6 +173,7 @@ fn part_of_leaf<'a>(model: &'a FoliageModel, number: u32, leaf: &Leaf, scale: f3
         seed: 0,
         share: 1.0,
         outlines: &[],
+        tiles: model.tiles(leaf),
     }
 }
 

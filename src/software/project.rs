@@ -13,7 +13,7 @@ use crate::{
     edge::{SUBPIXEL, twice_area},
     effects::wind::Sway,
     leaf::Vertex,
-    plant::{Outline, at_level},
+    plant::{Outline, Tiling, at_level},
 };
 use glam::{DMat4, DVec3, DVec4, Vec2, Vec3};
 
@@ -57,6 +57,8 @@ pub(super) struct ScreenTriangle<'a> {
     pub(super) nearest: f32,
     /// Outline outside which its texture covers nothing at this level.
     pub(super) outline: Option<&'a Outline>,
+    /// The pictures that it shows, if there are several.
+    pub(super) tiling: Option<Tiling>,
 }
 
 /// Clipped triangles of all plants, on the screen.
@@ -213,8 +215,10 @@ impl<'a> Projector<'a> {
         }
         let first = self.out.corners.len() as u32;
         let nearest = corners.iter().map(|corner| corner.nearness).fold(0.0, f32::max);
-        let level =
-            mips.filter(|_| !self.full_textures).map_or(0, |mips| level(mips, &corners, twice_area.unsigned_abs()));
+        let tiling = part.tiles.and_then(|tiles| tiles.at(part.scale));
+        let pictures = tiling.map_or(1.0, |_| part.scale * part.scale);
+        let level = |mips| level(mips, &corners, twice_area.unsigned_abs(), pictures);
+        let level = mips.filter(|_| !self.full_textures).map_or(0, level);
         self.out.corners.extend(corners);
         self.out.triangles.push(ScreenTriangle {
             corners: [first, first + 1, first + 2],
@@ -225,7 +229,8 @@ impl<'a> Projector<'a> {
             kept: self.kept,
             samples: part.samples(),
             nearest,
-            outline: at_level(part.outlines, level),
+            outline: if tiling.is_none() { at_level(part.outlines, level) } else { None },
+            tiling,
         });
     }
 
@@ -252,12 +257,13 @@ impl<'a> Projector<'a> {
     }
 }
 
-/// Mip level whose texels are about as large as one sample, a sixteenth of a pixel.
-fn level(mips: &Mips, corners: &[Corner], twice_area_steps: u64) -> u8 {
+/// Mip level whose texels are about as large as one sample, a sixteenth of a pixel, if the texture
+/// is repeated so many times.
+fn level(mips: &Mips, corners: &[Corner], twice_area_steps: u64, pictures: f32) -> u8 {
     let [width, height] = mips.full_size();
     let at = |i: usize| Vec2::new(corners[i].uv[0] * width, corners[i].uv[1] * height);
     let [a, b, c] = [at(0), at(1), at(2)];
-    let twice_area_texels = (b - a).perp_dot(c - a).abs();
+    let twice_area_texels = (b - a).perp_dot(c - a).abs() * pictures;
     let twice_area_samples = twice_area_steps as f32 * SAMPLES as f32 / (SUBPIXEL * SUBPIXEL) as f32;
     let across = (a.max(b).max(c) - a.min(b).min(c)).min_element();
     mips.level_for(twice_area_texels / twice_area_samples, across)

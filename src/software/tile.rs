@@ -16,7 +16,7 @@ use crate::{
     draw::mips::{Mips, SrgbTable},
     edge::{Edge, SUBPIXEL, twice_area},
     material::Material,
-    plant::{OUTLINE_CORNERS, Outline},
+    plant::{OUTLINE_CORNERS, Outline, Tiling},
     stochastic::contrast::toned,
 };
 use glam::Vec3;
@@ -155,6 +155,7 @@ impl Tile {
             is_orthographic: scene.is_orthographic,
             cutoff,
             first_threshold: triangle.leaf.unwrap_or_default() >> 28,
+            tiling: triangle.tiling,
             u: self.plane(triangle, scene, |corner| corner.uv[0] as f64 * corner.inverse_w as f64),
             v: self.plane(triangle, scene, |corner| corner.uv[1] as f64 * corner.inverse_w as f64),
         })
@@ -211,7 +212,8 @@ impl Tile {
         let uv = mix(&|i| Vec3::new(corners[i].uv[0], corners[i].uv[1], 0.0));
         let factor = mix(&|i| Vec3::from(corners[i].color));
         let texel = scene.mips.get(triangle.material as usize).and_then(Option::as_ref);
-        let texel = texel.map_or(Vec3::ONE, |mips| mips.color(triangle.level, [uv.x, uv.y], scene.srgb).into());
+        let uv = shown([uv.x, uv.y], triangle.tiling);
+        let texel = texel.map_or(Vec3::ONE, |mips| mips.color(triangle.level, uv, scene.srgb).into());
         let material = scene.materials.get(triangle.material as usize);
         let base = material.map_or(Vec3::ONE, |m| Vec3::new(m.base_color[0], m.base_color[1], m.base_color[2]));
         let two_sided = triangle.leaf.is_some() || material.is_some_and(|material| material.double_sided);
@@ -224,6 +226,11 @@ impl Tile {
             _ => color,
         }
     }
+}
+
+/// Texture coordinates after repetition.
+fn shown(uv: [f32; 2], tiling: Option<Tiling>) -> [f32; 2] {
+    tiling.map_or(uv, |tiling| tiling.shown(uv))
 }
 
 /// Step between the thresholds of neighbouring samples, in sixteenths: coprime to sixteen, and
@@ -241,6 +248,7 @@ struct AlphaTest<'a> {
     cutoff: f32,
     /// Threshold of sample 0 in sixteenths, rounded down.
     first_threshold: u32,
+    tiling: Option<Tiling>,
     u: Plane,
     v: Plane,
 }
@@ -254,7 +262,8 @@ impl AlphaTest<'_> {
         let [x, y] = sample_px(at, sample);
         let w = if self.is_orthographic { 1.0 } else { 1.0 / depth.at(x, y) };
         let threshold = if self.level == 0 { self.cutoff } else { self.threshold(sample) };
-        self.mips.alpha(self.level, [self.u.at(x, y) * w, self.v.at(x, y) * w]) >= threshold
+        let uv = shown([self.u.at(x, y) * w, self.v.at(x, y) * w], self.tiling);
+        self.mips.alpha(self.level, uv) >= threshold
     }
 
     /// The outline of the triangle's texture, on the screen.

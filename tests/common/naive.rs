@@ -23,6 +23,8 @@ pub struct Naive<'a> {
     plant: &'a Plant,
     pub criterion: Criterion,
     pub compensate: Compensate,
+    /// Texture coordinates of every leaf's pivot, if masked leaves grow by tiling.
+    pub pivot_uv: Option<[f32; 2]>,
     /// Measures used by the criterion and by the compensation rule.
     pub comparisons: [Option<Comparison<'a>>; 2],
     /// Cost of a pixel that the dearest leaf covers, as a fraction of that of a pixel that shows
@@ -89,6 +91,7 @@ impl<'a> Naive<'a> {
             plant,
             criterion: Criterion::Vmi,
             compensate: Compensate::Nearest,
+            pivot_uv: None,
             comparisons: [None, None],
             intrinsic: 0.0,
             reference: Vec::new(),
@@ -409,8 +412,9 @@ impl<'a> Naive<'a> {
             let (normal, level) = plane.unwrap();
             let plane = (normal, normal.dot(pivot) + level * scale);
             let uv = [0, 1, 2].map(|i| self.plant.vertices[corners[i] as usize].uv);
+            let tiling = self.pivot_uv.filter(|_| self.scales[leaf] > 1.0).map(|uv| (uv, self.scales[leaf]));
             let wrap = self.plant.materials[record.material as usize].wrap;
-            let mask = self.masks[record.material as usize].as_ref().map(|mask| (mask, wrap, uv));
+            let mask = self.masks[record.material as usize].as_ref().map(|mask| (mask, wrap, uv, tiling));
             for (view, fragments) in views.iter_mut().enumerate() {
                 let pivot_w = DISTANCE - pivot.dot(self.cameras[view][2]);
                 let swing = reach * self.max_scale;
@@ -471,9 +475,7 @@ impl<'a> Naive<'a> {
             if !inside(snapped, (x as i64 * 256, y as i64 * 256)) {
                 continue;
             }
-            if let Some((mask, wrap, uv)) = mask
-                && !alpha_covers(mask, wrap, uv, snapped, w, (x, y))
-            {
+            if mask.is_some_and(|mask| !alpha_covers(mask, snapped, w, (x, y))) {
                 continue;
             }
             // Intersects the ray eye + w (x right + y up - toward) with the plane.

@@ -9,8 +9,9 @@ use glam::DVec2;
 /// Width, height, and whether each texel is opaque.
 pub type Mask = (usize, usize, Vec<bool>);
 
-/// A mask, its wrap modes, and the texture coordinates of a triangle's corners.
-pub type Masked<'m> = (&'m Mask, [Wrap; 2], [[f32; 2]; 3]);
+/// A mask, its wrap modes, the texture coordinates of a triangle's corners and, if its leaf repeats
+/// its picture, the pivot's texture coordinates and the leaf's scale.
+pub type Masked<'m> = (&'m Mask, [Wrap; 2], [[f32; 2]; 3], Option<([f32; 2], f32)>);
 
 /// Whether `sample` is strictly inside the triangle, or on a top or left edge.
 pub fn inside(mut corners: [(i64, i64); 3], sample: (i64, i64)) -> bool {
@@ -31,9 +32,7 @@ pub fn inside(mut corners: [(i64, i64); 3], sample: (i64, i64)) -> bool {
 /// Whether the texel under a pixel is opaque, from the `f32` screen-space planes that the library
 /// documents.
 pub fn alpha_covers(
-    (width, height, covers): &Mask,
-    wrap: [Wrap; 2],
-    uv: [[f32; 2]; 3],
+    ((width, height, covers), wrap, uv, tiling): Masked<'_>,
     corners: [(i64, i64); 3],
     w: [f64; 3],
     (x, y): (usize, usize),
@@ -50,12 +49,33 @@ pub fn alpha_covers(
         per_x as f32 * at.0 + (per_y as f32 * at.1 + origin as f32)
     };
     let w_here = 1.0 / plane(w.map(|w| 1.0 / w));
+    let coordinate = |axis: usize| plane([0, 1, 2].map(|i| f64::from(uv[i][axis]) / w[i])) * w_here;
+    let mut at = [coordinate(0), coordinate(1)];
+    if let Some((pivot, scale)) = tiling {
+        let (u, column) = tiled(at[0], pivot[0], scale, 0.0);
+        // Odd columns are shifted by half a picture.
+        at = [u, tiled(at[1], pivot[1], scale, if column.rem_euclid(2.0) == 1.0 { 0.5 } else { 0.0 }).0];
+    }
     let texel = |axis: usize, size: usize| {
         assert_eq!(wrap[axis], Wrap::Repeat, "the other modes are tested next to the rasteriser");
-        let coordinate = plane([0, 1, 2].map(|i| f64::from(uv[i][axis]) / w[i])) * w_here;
-        (coordinate * size as f32).floor().rem_euclid(size as f32) as usize
+        (at[axis] * size as f32).floor().rem_euclid(size as f32) as usize
     };
     covers[texel(1, *height) * width + texel(0, *width)]
+}
+
+/// Where in its picture, from 0 to 1, a card of linear scale `scale` shows what it has at
+/// `coordinate`, from 0 to 1: it has a row of pictures as large as the unscaled card's, those at
+/// its ends squeezed into what it has of them, and every second one mirrored. Also the picture's
+/// number.
+fn tiled(coordinate: f32, pivot: f32, scale: f32, shift: f32) -> (f32, f32) {
+    let from = pivot - scale * pivot + shift;
+    let to = from + scale;
+    let at = from + coordinate * scale;
+    let picture = at.floor().max(from.floor()).min(to.ceil() - 1.0);
+    let [start, end] = [picture.max(from), (picture + 1.0).min(to)];
+    let inside = if end - start == 1.0 { at - start } else { (at - start) * (1.0 / (end - start)) };
+    let inside = inside.clamp(0.0, 1.0);
+    (if picture.rem_euclid(2.0) == 1.0 { 1.0 - inside } else { inside }, picture)
 }
 
 /// The mask of a material's texture; `None` without a texture.

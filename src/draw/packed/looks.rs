@@ -1,6 +1,6 @@
 //! Looks: what many vertices have in common.
 
-use super::super::records::{LookRecord, NO_EXTRA, WoodVertex};
+use super::super::records::{LeafRecord, LookRecord, NO_EXTRA, WoodVertex};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -30,7 +30,7 @@ pub(super) fn look(
     color: Vec3,
     size: f32,
     uvs: impl Iterator<Item = Vec2> + Clone,
-    shown: [f32; 2],
+    leaf: &LeafRecord,
 ) -> LookRecord {
     let low = uvs.clone().reduce(Vec2::min).unwrap_or_default().floor();
     let high = uvs.reduce(Vec2::max).unwrap_or_default();
@@ -41,7 +41,9 @@ pub(super) fn look(
         size,
         uv_low: low.to_array(),
         uv_size: (high - low).to_array().map(|size| unit_of_length(size.max(1.0))),
-        shown,
+        shown: leaf.uv_size,
+        shown_low: leaf.uv_low,
+        anchor: leaf.anchor,
         outline: NO_EXTRA,
         farther: 0.0,
     }
@@ -64,6 +66,8 @@ pub(super) fn wood_look(origin: Vec3, vertex: &WoodVertex) -> LookRecord {
         uv_low: ((Vec2::from(vertex.uv) / WOOD_UV).floor() * WOOD_UV).to_array(),
         uv_size: [WOOD_UV; 2],
         shown: [1.0; 2],
+        shown_low: [0.0; 2],
+        anchor: [-1.0; 2],
         outline: NO_EXTRA,
         farther: 0.0,
     }

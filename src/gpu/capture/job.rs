@@ -92,15 +92,20 @@ fn area_px(corners: &[[i32; 2]; 3], view: &ViewTriangles<'_>) -> f64 {
 }
 
 /// Whether the triangle lies within the view, so that no adapter clips it.
-pub(super) fn lies_inside(corners: &[[i32; 2]; 3], resolution: u32) -> bool {
+fn lies_inside(corners: &[[i32; 2]; 3], resolution: u32) -> bool {
     let first = -SUBPIXEL / 2;
     let last = i64::from(resolution) * SUBPIXEL + first;
     corners.as_flattened().iter().all(|&position| (first..=last).contains(&i64::from(position)))
 }
 
-/// Appends the fragments of triangles that reach beyond the view, rasterised by the CPU.
+/// Whether the GPU covers a triangle: not if it reaches beyond the view or repeats its texture.
+pub(super) fn is_for_gpu(view: &ViewTriangles<'_>, triangle: usize) -> bool {
+    lies_inside(&view.screen[triangle], view.resolution) && view.tiling(triangle).is_none()
+}
+
+/// Appends the fragments of the other triangles, rasterised by the CPU.
 pub(super) fn cover_outside(view: &ViewTriangles<'_>, masks: &[AlphaMask], out: &mut Vec<Coverage>) {
-    rasterise(masks, *view, |corners| !lies_inside(corners, view.resolution), out);
+    rasterise(masks, *view, |triangle| !is_for_gpu(view, triangle), out);
 }
 
 #[cfg(test)]
@@ -114,7 +119,7 @@ mod tests {
         let small = [[0, 0], [256, 0], [0, 256]];
         let screen: Vec<_> = (0..40).map(|i| if i % 3 == 0 { whole } else { small }).collect();
         let alpha = vec![AlphaTest::NONE; screen.len()];
-        let jobs = Job::plan(0, &ViewTriangles { resolution: 2048, screen: &screen, alpha: &alpha });
+        let jobs = Job::plan(0, &ViewTriangles { resolution: 2048, screen: &screen, alpha: &alpha, tiling: &[] });
         assert!(jobs.len() > 10);
         let drawn: Vec<usize> = jobs.iter().flat_map(|job| job.triangles.clone()).collect();
         assert_eq!(drawn, (0..40).collect::<Vec<_>>());

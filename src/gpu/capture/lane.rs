@@ -2,7 +2,7 @@
 
 use super::{
     Corner, MaskBuffers, Params, Pipelines, TARGET_FORMAT, UNCERTAIN,
-    job::{Job, lies_inside},
+    job::{Job, is_for_gpu},
 };
 use crate::{
     Error, Result,
@@ -134,7 +134,7 @@ impl Lane {
         self.plain.clear();
         for triangle in job.triangles.clone() {
             let corners = &view.screen[triangle];
-            if !lies_inside(corners, view.resolution) {
+            if !is_for_gpu(view, triangle) {
                 continue;
             }
             let alpha_test = &view.alpha[triangle];
@@ -243,7 +243,7 @@ fn settle_uncertain(out: &mut Vec<Coverage>, count: usize, alpha: &[AlphaTest], 
         let is_marked = triangle & UNCERTAIN != 0;
         let triangle = triangle & !UNCERTAIN;
         let (x, y) = (i64::from(pixel % resolution), i64::from(pixel / resolution));
-        if !is_marked || alpha[triangle as usize].row(masks, y).is_none_or(|alpha| alpha.covers(x)) {
+        if !is_marked || alpha[triangle as usize].row(masks, None, y).is_none_or(|alpha| alpha.covers(x)) {
             out[kept] = Coverage { pixel, triangle };
             kept += 1;
         }

@@ -10,6 +10,7 @@ use crate::{
     plant::{Point, TRIM_CORNERS, clipped, turn},
     software::{
         list::DrawList,
+        options::DrawOptions,
         project::{Corner, Projected, ScreenTriangle, project},
     },
 };

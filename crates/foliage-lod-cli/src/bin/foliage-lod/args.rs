@@ -5,7 +5,7 @@ use clap::{Parser, Subcommand};
 use foliage_lod::{
     effects::FadeBy,
     import::{Group, ImportOptions, Up, VertexColors},
-    simplify::{Compensate, Criterion, SimplifyOptions},
+    simplify::{Compensate, Criterion, GrowBy, SimplifyOptions},
     software::MAX_IMAGE_SIDE,
     stochastic::AreaRule,
 };
@@ -140,6 +140,9 @@ pub struct Simplify {
     /// Keep every bit of positions, normals, texture coordinates and colours: twice the file.
     #[arg(long)]
     pub exact: bool,
+    /// How leaves grow that make up for pruned ones; by default the preset's.
+    #[arg(long, value_parser = variant::<GrowBy>())]
+    pub growth: Option<GrowBy>,
     /// Find an outline around what shows of each picture of cut-out leaves; only its inside is then
     /// drawn. Changes neither the order nor the scales of the leaves.
     #[arg(long, value_enum, default_value_t = Switch::On)]
@@ -342,6 +345,7 @@ impl Simplify {
         options.intrinsic = self.intrinsic.unwrap_or(options.intrinsic);
         options.max_scale = self.max_scale.unwrap_or(options.max_scale);
         options.cascade = self.cascade.unwrap_or(options.cascade);
+        options.grow_by = self.growth.unwrap_or(options.grow_by);
         options.threads = self.threads;
         options.max_memory_mb = self.max_memory;
         options

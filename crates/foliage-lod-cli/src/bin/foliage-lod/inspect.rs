@@ -158,9 +158,8 @@ fn tell_model(file: &ModelFile) -> Result<(), Failure> {
     output::line(format_args!("invariants: all hold; largest scale {}", model.max_scale))?;
     tell_storage(file)?;
     tell_outlines(model)?;
-    if model.growth.tone > 0.0 {
-        output::line(format_args!("tone: {:.2}", model.growth.tone))?;
-    }
+    let way = if model.growth.tiles { "tiles" } else { "scale" };
+    output::line(format_args!("leaves grow by {way}, with tone {:.2}", model.growth.tone))?;
     material_lines(&model.materials).iter().try_for_each(output::line)?;
     tell_bounds(model.aabb(), model.sphere())?;
     output::line("leaves kept  error so far  largest scale")?;

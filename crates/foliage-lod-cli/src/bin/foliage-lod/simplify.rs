@@ -63,6 +63,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
             "leaf_layers": leaf_layers,
             "max_scale": model.max_scale,
             "tone": model.growth.tone,
+            "tiles": model.growth.tiles,
             "cascade": options.cascade,
             "target_leaves": reached.first().map(|reached| reached.leaves),
             "targets": args.target.iter().zip(&reached).map(|(target, reached)| {
