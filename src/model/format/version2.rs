@@ -28,7 +28,7 @@ use crate::{
     plant::{MAX_ELEMENTS, MAX_LEAVES, Outline, PlantOf},
 };
 use serde::{Deserialize, Serialize};
-use std::{borrow::Cow, path::Path};
+use std::{borrow::Cow, panic::resume_unwind, path::Path, thread};
 
 /// Tag of the only section that a file may lack and a reader may skip.
 const OUTLINES: Tag = *b"OUTL";
@@ -119,14 +119,14 @@ fn encode_by(model: &FoliageModel, packing: Packing) -> Result<Vec<u8>> {
         bytes: Cow::Owned(texture.bytes.clone()),
     };
     let textures: Vec<PackedTexture<'_>> = model.textures.iter().map(texture).collect();
-    let records = [
-        encode(&about)?,
-        encode(&Leaves::encode(&model.leaves, packing))?,
-        encode(&Foliage::encode(&model.leaves, &model.vertices, &model.indices, packing))?,
-        encode(&PackedWood::encode(&model.wood, packing))?,
-        encode(&textures)?,
-        encode(&model.outlines)?,
-    ];
+    // Wood takes about as long as everything else.
+    let [leaves, foliage, wood] = thread::scope(|scope| {
+        let wood = scope.spawn(|| encode(&PackedWood::encode(&model.wood, packing)));
+        let leaves = encode(&Leaves::encode(&model.leaves, packing));
+        let foliage = encode(&Foliage::encode(&model.leaves, &model.vertices, &model.indices, packing));
+        [leaves, foliage, wood.join().unwrap_or_else(|panic| resume_unwind(panic))]
+    });
+    let records = [encode(&about)?, leaves?, foliage?, wood?, encode(&textures)?, encode(&model.outlines)?];
     let sections = SECTIONS.iter().zip(records).map(|((tag, _), record)| match *tag {
         OUTLINES => (*tag, 0, record),
         _ => (*tag, REQUIRED, record),
