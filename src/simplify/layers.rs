@@ -1,10 +1,10 @@
 //! Live fragments of one view, sorted front to back in each pixel, so that nothing has to be
 //! rendered again when a leaf is removed or grows.
 //!
-//! Each pixel has a stack of fragments, nearest on top and wood, if there is any, at the bottom, and
-//! a record that names the polygons of the two nearest. The fragments of a pruned leaf are dropped when they come to the top or their stack
-//! is full. Every update is recorded as [`Change`]s of (front, second) pairs, from which areas and
-//! criteria are updated.
+//! Each pixel has a stack of fragments, nearest on top and wood, if there is any, at the bottom, as
+//! well as a record that names the polygons of the two nearest. The fragments of a pruned leaf are
+//! dropped when they come to the top or their stack is full. Every update is recorded as
+//! [`Change`]s of (front, second) pairs, from which areas and criteria are updated.
 
 use super::{change::Change, footprint::Footprints, fragments::Coverage, occlusion::Occlusion};
 use std::{

@@ -39,7 +39,7 @@ pub struct Area {
 }
 
 impl Area {
-    /// Creates the area of a triangle as [`cover`] takes it, within its [`bounds`]; `None` if it has
+    /// Creates the area of a triangle as [`cover`] takes it, with its [`bounds`]; `None` if it has
     /// none.
     pub fn new(bounds: Bounds, corners: [[i64; 2]; 3]) -> Option<Self> {
         let [a, b, c] = corners;
