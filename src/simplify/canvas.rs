@@ -234,7 +234,7 @@ fn threads() -> usize {
 
 impl Memory {
     fn new(scene: Scene<'_>) -> Self {
-        Self { footprints: Footprints::default(), judge: Judge::new(scene.views.pixels()) }
+        Self { footprints: Footprints::new(scene.views.resolution), judge: Judge::new(scene.views.pixels()) }
     }
 }
 
@@ -256,9 +256,9 @@ impl OnView<'_> {
             return 0;
         }
         let mut count = 0;
-        self.memory.footprints.outline(self.scene, self.view, leaf, scale, |pixels| {
-            count += pixels.len();
-            layers.remove(leaf, pixels, self.dead);
+        self.memory.footprints.outline(self.scene, self.view, leaf, scale, |index| {
+            count += 1;
+            layers.remove(leaf, index, self.dead);
         });
         count
     }

@@ -109,7 +109,7 @@ fn captured<S: Fn(usize) -> Option<f32> + Sync>(
         let mut covered = vec![0; leaves];
         let depth = |entry| view.depth(capture.views, entry);
         let row = |triangle: u32| view.rows[triangle as usize];
-        let layers = Layers::new(wood_depth(at), coverage, depth, row, &mut covered);
+        let layers = Layers::new(&wood_depth(at), coverage, depth, row, &mut covered);
         (layers, covered, coverage.len() as u64)
     };
     let mut captured = Captured { layers: Vec::new(), covered: vec![0; leaves], fragments: 0 };

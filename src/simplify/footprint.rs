@@ -3,20 +3,20 @@
 use super::{
     depth::DepthPlane,
     fragments::AlphaTest,
+    order::PixelOrder,
     raster::{bounds, cover},
     scene::Scene,
     shapes::Shape,
     views::ScreenPoint,
 };
-use std::ops::Range;
 
 /// Depth where a leaf covers nothing; no fragment is that far.
 const UNCOVERED: u32 = u32::MAX;
 
 /// A rectangle of pixels that holds a leaf at two scales, with its depths. Reuses its memory.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Footprints {
-    resolution: i64,
+    order: PixelOrder,
     /// First pixel of the rectangle, as (x, y).
     low: [i64; 2],
     columns: usize,
@@ -66,6 +66,19 @@ fn on_screen(corners: &[ScreenPoint; 3]) -> [[i64; 2]; 3] {
 }
 
 impl Footprints {
+    /// Creates footprints in views of `resolution` x `resolution` pixels.
+    pub fn new(resolution: u32) -> Self {
+        Self {
+            order: PixelOrder::new(resolution),
+            low: [0; 2],
+            columns: 0,
+            depths: [Vec::new(), Vec::new()],
+            steady: None,
+            projected: Vec::new(),
+            triangles: Vec::new(),
+        }
+    }
+
     /// Rasterises leaf `leaf` in view `view` at two scales. Returns the number of pixels that it
     /// covers at the second one.
     pub fn rasterise(&mut self, scene: Scene<'_>, view: usize, leaf: u32, scales: [f32; 2]) -> usize {
@@ -106,7 +119,7 @@ impl Footprints {
         });
         let [low, high] = joined.unwrap_or([[0; 2], [-1; 2]]);
         let [columns, rows] = [0, 1].map(|axis| (high[axis] - low[axis] + 1) as usize);
-        (self.resolution, self.low, self.columns) = (resolution.into(), low, columns);
+        (self.low, self.columns) = (low, columns);
         for depths in &mut self.depths {
             depths.clear();
             depths.resize(columns * rows, UNCOVERED);
@@ -121,20 +134,19 @@ impl Footprints {
             for (x, (&old, &new)) in (self.low[0]..).zip(old.iter().zip(new)).filter(|(_, (old, new))| old != new) {
                 let depth = |depth| self.steady.map_or(depth, |plane| plane.depth(x, y));
                 let new = (new != UNCOVERED).then(|| depth(new));
-                visit((y * self.resolution + x) as u32, old != UNCOVERED, new);
+                visit(self.order.index(x as u32, y as u32), old != UNCOVERED, new);
             }
         }
     }
 
-    /// Calls `visit` with the indices of pixels inside the leaf's triangles, ignoring alpha. May
+    /// Calls `visit` with the index of each pixel inside the leaf's triangles, ignoring alpha. May
     /// visit a pixel twice.
-    pub fn outline(&mut self, scene: Scene<'_>, view: usize, leaf: u32, scale: f32, mut visit: impl FnMut(Range<u32>)) {
+    pub fn outline(&mut self, scene: Scene<'_>, view: usize, leaf: u32, scale: f32, mut visit: impl FnMut(u32)) {
         self.triangles.clear();
         InView::new(scene, view, leaf).project(scale, &mut self.projected, &mut self.triangles);
         for (_, corners) in &self.triangles {
             cover(scene.views.resolution, on_screen(corners), |y, first, last| {
-                let row = y * i64::from(scene.views.resolution);
-                visit((row + first) as u32..(row + last + 1) as u32);
+                (first..=last).for_each(|x| visit(self.order.index(x as u32, y as u32)));
             });
         }
     }

@@ -14,6 +14,7 @@ use super::{
     fragments::AlphaTest,
     layers::Layers,
     occlusion::{Fronts, Occlusion, SIDE},
+    order::PixelOrder,
     raster::{Area, Bounds, bounds, cover},
     scene::Scene,
     shapes::Shape,
@@ -73,7 +74,7 @@ impl ViewOf<'_> {
     }
 
     fn pixel(&self, x: i64, y: i64) -> u32 {
-        (y * i64::from(self.resolution()) + x) as u32
+        PixelOrder::new(self.resolution()).index(x as u32, y as u32)
     }
 
     /// Frontmost polygon of a pixel, with its depth.

@@ -6,11 +6,8 @@
 //! dropped when they come to the top or their stack is full. Every update is recorded as
 //! [`Change`]s of (front, second) pairs, from which areas and criteria are updated.
 
-use super::{change::Change, footprint::Footprints, fragments::Coverage, occlusion::Occlusion};
-use std::{
-    ops::Range,
-    sync::atomic::{AtomicBool, Ordering::Relaxed},
-};
+use super::{change::Change, footprint::Footprints, fragments::Coverage, occlusion::Occlusion, order::PixelOrder};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// A fragment packed into one integer that is smaller when nearer: depth in the upper half, row in
 /// the lower, which also breaks ties. Rows are leaves, then the background, then the wood.
@@ -75,6 +72,7 @@ pub const NO_WOOD: u32 = u32::MAX;
 /// Fragments of one view.
 #[derive(Debug)]
 pub struct Layers {
+    order: PixelOrder,
     pixels: Vec<Pixel>,
     stacks: Vec<Fragment>,
     /// For each polygon, the number of pixels in which it is frontmost, and directly behind.
@@ -96,14 +94,14 @@ const SPARE: f64 = 0.125;
 
 impl Layers {
     /// Sorts captured coverage into the fragments of each pixel. `wood_depth` holds the depth of
-    /// the wood that is not captured, or [`NO_WOOD`], for each pixel.
+    /// the wood that is not captured, or [`NO_WOOD`], for each pixel, row by row.
     ///
     /// `depth(coverage)` returns the depth of an entry and `leaf_of(triangle)` the leaf of a
     /// triangle, or `leaves + 1` for the wood, where `leaves` is the length of `covered`. Fragments
     /// behind the wood are dropped, since nothing ever uncovers them. Adds the number of pixels
     /// that each leaf covers, including pixels behind the wood, to its entry in `covered`.
     pub fn new(
-        mut wood_depth: Vec<u32>,
+        wood_depth: &[u32],
         coverage: &[Coverage],
         depth: impl Fn(Coverage) -> u32,
         leaf_of: impl Fn(u32) -> u32,
@@ -112,13 +110,15 @@ impl Layers {
         let leaves = covered.len() as u32;
         let wood_row = leaves + 1;
         let pixels = wood_depth.len();
+        let order = PixelOrder::new(pixels.isqrt() as u32);
+        let mut wood_depth = order.arranged(wood_depth);
         let mut starts = vec![0_u32; pixels + 1];
         for entry in coverage {
+            let index = order.index_of(entry.pixel) as usize;
             if leaf_of(entry.triangle) == wood_row {
-                let nearest = &mut wood_depth[entry.pixel as usize];
-                *nearest = depth(*entry).min(*nearest);
+                wood_depth[index] = depth(*entry).min(wood_depth[index]);
             } else {
-                starts[entry.pixel as usize + 1] += 1;
+                starts[index + 1] += 1;
             }
         }
         for pixel in 0..pixels {
@@ -131,7 +131,7 @@ impl Layers {
             *end += 1;
         }
         for entry in coverage {
-            let (leaf, end) = (leaf_of(entry.triangle), &mut ends[entry.pixel as usize]);
+            let (leaf, end) = (leaf_of(entry.triangle), &mut ends[order.index_of(entry.pixel) as usize]);
             if leaf != wood_row {
                 stacks[*end as usize] = Fragment::new(depth(*entry), leaf);
                 *end += 1;
@@ -149,6 +149,7 @@ impl Layers {
             pixel
         });
         Self {
+            order,
             pixels: records.collect(),
             stacks,
             seen,
@@ -159,10 +160,10 @@ impl Layers {
         }
     }
 
-    /// Keeps `full` as the reference: for every pixel of the same view the frontmost polygon at
-    /// full detail, or the row [`outline::beyond`](super::outline::beyond).
-    pub fn keep_reference(&mut self, full: Vec<u32>) {
-        self.reference = full;
+    /// Keeps `full` as the reference: for every pixel of the same view, row by row, the frontmost
+    /// polygon at full detail, or the row [`outline::beyond`](super::outline::beyond).
+    pub fn keep_reference(&mut self, full: &[u32]) {
+        self.reference = self.order.arranged(full);
         let mut occlusion = Occlusion::new(self.pixels.len());
         for index in 0..self.pixels.len() as u32 {
             let front = self.nearest(index, 0);
@@ -171,9 +172,10 @@ impl Layers {
         self.occlusion = Some(occlusion);
     }
 
-    /// Returns the frontmost polygon of every pixel.
+    /// Returns the frontmost polygon of every pixel, row by row.
     pub fn front_rows(&self) -> Vec<u32> {
-        self.fronts().map(|[front, _]| front).collect()
+        let numbers = 0..self.pixels.len() as u32;
+        numbers.map(|number| self.pixels[self.order.index_of(number) as usize].pair[0]).collect()
     }
 
     /// Iterates over the reference and the (front, second) pair of every pixel. Returns `None` if
@@ -227,17 +229,15 @@ impl Layers {
         self.pixels.iter().map(|pixel| pixel.pair)
     }
 
-    /// Removes a leaf that was just marked dead from some pixels, unless it is seen nowhere.
-    pub fn remove(&mut self, leaf: u32, pixels: Range<u32>, dead: &[AtomicBool]) {
+    /// Removes a leaf that was just marked dead from a pixel, unless it is no longer seen in any.
+    pub fn remove(&mut self, leaf: u32, index: u32, dead: &[AtomicBool]) {
         if self.seen(leaf) == [0; 2] {
             return;
         }
-        for index in pixels {
-            let from = self.pixels[index as usize].pair;
-            if from.contains(&leaf) {
-                self.settle(index, dead);
-                self.record(index, from, leaf);
-            }
+        let from = self.pixels[index as usize].pair;
+        if from.contains(&leaf) {
+            self.settle(index, dead);
+            self.record(index, from, leaf);
         }
     }
 

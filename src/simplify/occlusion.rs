@@ -1,7 +1,10 @@
 //! Frontmost fragments of a view, laid out for finding what a leaf would show: of eight pixels in
 //! one cache line, and the farthest depth of each small square.
 
-use super::depth::{LANES, StoredDepth};
+use super::{
+    depth::{LANES, StoredDepth},
+    order::PixelOrder,
+};
 use wide::{CmpEq, i32x8};
 
 /// Side of a square in pixels.
@@ -28,7 +31,7 @@ impl Fronts {
 /// Frontmost fragments of a view.
 #[derive(Debug)]
 pub struct Occlusion {
-    resolution: usize,
+    order: PixelOrder,
     /// Number of squares in a row.
     columns: usize,
     /// Rows of each square, one square after another, padded with depth 0.
@@ -48,7 +51,7 @@ impl Occlusion {
         let squares = columns * columns;
         let none = Fronts { depths: [StoredDepth::new(0); LANES], polygons: [0; LANES] };
         Self {
-            resolution,
+            order: PixelOrder::new(resolution as u32),
             columns,
             fronts: vec![none; squares * SIDE],
             farthest: vec![StoredDepth::new(0); squares],
@@ -59,7 +62,7 @@ impl Occlusion {
 
     /// Changes the frontmost fragment of a pixel.
     pub fn set(&mut self, pixel: u32, depth: u32, polygon: u32) {
-        let (x, y) = (pixel as usize % self.resolution, pixel as usize / self.resolution);
+        let [x, y] = self.order.pixel(pixel).map(|at| at as usize);
         let square = y / SIDE * self.columns + x / SIDE;
         let fronts = &mut self.fronts[square * SIDE + y % SIDE];
         fronts.polygons[x % LANES] = polygon;
@@ -115,11 +118,12 @@ mod tests {
                 occlusion.set(pixel, depth, depth);
             }
             occlusion.refresh();
-            let is_in = |pixel: &usize| [pixel % 20 / SIDE, pixel / 20 / SIDE] == square;
+            let at = |pixel: usize| PixelOrder::new(20).pixel(pixel as u32).map(|at| at as usize);
+            let is_in = |pixel: &usize| at(*pixel).map(|at| at / SIDE) == square;
             let expected = (0..400).filter(is_in).all(|pixel| depths[pixel] < depth);
             prop_assert_eq!(occlusion.hides(square, depth), expected);
             for (pixel, &depth) in depths.iter().enumerate() {
-                let (x, y) = (pixel % 20, pixel / 20);
+                let [x, y] = at(pixel);
                 let Fronts { depths, polygons } = occlusion.fronts(x / LANES, y);
                 prop_assert_eq!((depths[x % LANES], polygons[x % LANES]), (StoredDepth::new(depth), depth));
             }

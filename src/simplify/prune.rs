@@ -192,7 +192,7 @@ mod tests {
     fn drawn_again(pruner: &Pruner<'_, Vmi>, view: usize) -> Vec<[u32; 2]> {
         let leaves = pruner.enlarger.dead.len() as u32;
         let mut nearest = vec![[(u32::MAX, leaves); 2]; pruner.scene.views.pixels()];
-        let mut footprints = Footprints::default();
+        let mut footprints = Footprints::new(RESOLUTION);
         for shape in (0..=leaves).filter(|&shape| shape == leaves || !pruner.enlarger.dead[shape as usize]) {
             let row = if shape == leaves { leaves + 1 } else { shape };
             let scale = pruner.enlarger.scales.get(shape as usize).copied().unwrap_or(1.0);
@@ -213,8 +213,8 @@ mod tests {
     /// Number of pixels, over all views, that a leaf covers at its current scale.
     fn covers(pruner: &Pruner<'_, Vmi>, leaf: usize) -> u32 {
         let views = pruner.scene.views;
-        let mut footprints = Footprints::default();
-        let mut count =
+        let mut footprints = Footprints::new(RESOLUTION);
+        let count =
             |view| footprints.rasterise(pruner.scene, view, leaf as u32, [1.0, pruner.enlarger.scales[leaf]]) as u32;
         (0..views.views.len()).map(count).sum()
     }

@@ -313,6 +313,25 @@ mod tests {
         }
 
         #[test]
+        fn a_rectangle_of_an_area_holds_what_it_covers_there(
+            a in corner(), b in corner(), c in corner(), cut in prop::array::uniform4(0..3_i64),
+        ) {
+            let corners = [a, b, c].map(|(x, y)| [x, y]);
+            let area = bounds(16, corners).and_then(|bounds| Area::new(bounds, corners));
+            prop_assume!(area.is_some());
+            let area = area.unwrap();
+            let [low, high] = area.bounds;
+            let (low, high) = ([low[0] + cut[0], low[1] + cut[1]], [high[0] - cut[2], high[1] - cut[3]]);
+            prop_assume!(low[0] <= high[0] && low[1] <= high[1]);
+            let mut found = Vec::new();
+            area.cover([low, high], |y, first, last| found.extend((first..=last).map(|x| (x, y))));
+            let is_within = |&(x, y): &(i64, i64)| (low[0]..=high[0]).contains(&x) && (low[1]..=high[1]).contains(&y);
+            let expected: Vec<_> = pixels(16, [a, b, c]).into_iter().filter(is_within).collect();
+            prop_assert!(expected.iter().all(|&(x, y)| area.covers(x, y)));
+            prop_assert_eq!(found, expected);
+        }
+
+        #[test]
         fn two_triangles_that_share_an_edge_cover_each_pixel_once(a in corner(), b in corner(), c in corner(), d in corner()) {
             let opposite = cross(a, b, c).signum() * cross(a, b, d).signum() < 0;
             prop_assume!(opposite);
