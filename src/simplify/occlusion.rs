@@ -67,10 +67,9 @@ impl Occlusion {
         let fronts = &mut self.fronts[square * SIDE + y % SIDE];
         fronts.polygons[x % LANES] = polygon;
         let stored = &mut fronts.depths[x % LANES];
-        if std::mem::replace(stored, StoredDepth::new(depth)) != *stored {
-            if !std::mem::replace(&mut self.is_stale[square], true) {
-                self.stale.push(square as u32);
-            }
+        let has_moved = std::mem::replace(stored, StoredDepth::new(depth)) != *stored;
+        if has_moved && !std::mem::replace(&mut self.is_stale[square], true) {
+            self.stale.push(square as u32);
         }
     }
 
