@@ -11,7 +11,7 @@ pub const SUBPIXEL: i64 = 256;
 
 /// Edge function `value = at_origin + x * per_px[0] + y * per_px[1]` with (x, y) in pixels; 0 or
 /// greater inside.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Edge {
     /// Value at the origin.
     pub at_origin: i64,

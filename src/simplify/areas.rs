@@ -165,11 +165,12 @@ impl Areas {
     }
 }
 
-/// The views whose bits are set.
-pub fn views_of(mut bits: u32) -> impl Iterator<Item = usize> {
+/// Indices of the bits that are set, such as views.
+pub fn set_bits(bits: impl Into<u64>) -> impl Iterator<Item = usize> {
+    let mut bits = bits.into();
     std::iter::from_fn(move || {
-        let view = bits.trailing_zeros();
+        let index = bits.trailing_zeros();
         bits &= bits.wrapping_sub(1);
-        (view < u32::BITS).then_some(view as usize)
+        (index < u64::BITS).then_some(index as usize)
     })
 }

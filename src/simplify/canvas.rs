@@ -7,7 +7,7 @@ use super::{
     crew::{Crew, Dismissal, Lead, read, written},
     criterion::Criterion,
     enlarge::Growth,
-    footprint::Footprint,
+    footprint::Footprints,
     judge::{Judge, ViewOf},
     layers::Layers,
     scene::Scene,
@@ -64,8 +64,7 @@ pub struct CanvasView {
 
 /// Working memory of one thread.
 struct Memory {
-    old: Footprint,
-    new: Footprint,
+    footprints: Footprints,
     judge: Judge,
 }
 
@@ -235,9 +234,7 @@ fn threads() -> usize {
 
 impl Memory {
     fn new(scene: Scene<'_>) -> Self {
-        let pixels = scene.views.pixels();
-        let footprint = Footprint::new(pixels);
-        Self { old: footprint.clone(), new: footprint, judge: Judge::new(pixels) }
+        Self { footprints: Footprints::new(scene.views.resolution), judge: Judge::new(scene.views.pixels()) }
     }
 }
 
@@ -253,15 +250,17 @@ struct OnView<'a> {
 impl OnView<'_> {
     /// Removes a leaf and returns the number of pixels looked at.
     fn remove(&mut self, Gone { leaf, scale }: Gone) -> usize {
-        let Scene { shapes, views, .. } = self.scene;
         let layers = &mut self.state.layers;
         layers.changes.clear();
         if layers.seen(leaf) == [0; 2] {
             return 0;
         }
-        self.memory.old.outline(shapes, views, self.view, leaf, scale);
-        layers.remove(leaf, &self.memory.old, self.dead);
-        self.memory.old.fragments.len()
+        let mut count = 0;
+        self.memory.footprints.outline(self.scene, self.view, leaf, scale, |index| {
+            count += 1;
+            layers.remove(leaf, index, self.dead);
+        });
+        count
     }
 
     /// Grows a leaf and returns the number of pixels that it covers now, or 0 if nothing changed.
@@ -269,11 +268,10 @@ impl OnView<'_> {
         if from == to {
             return 0;
         }
-        let Memory { old, new, .. } = self.memory;
-        old.rasterise(self.scene, self.view, target, from);
-        new.rasterise(self.scene, self.view, target, to);
-        self.state.layers.regrow(target, old, new, self.dead);
-        new.fragments.len()
+        let footprints = &mut self.memory.footprints;
+        let count = footprints.rasterise(self.scene, self.view, target, [from, to]);
+        self.state.layers.regrow(target, footprints, self.dead);
+        count
     }
 
     /// Finds the gain of each growth in this view.

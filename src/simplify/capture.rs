@@ -5,6 +5,7 @@ use super::{
     depth::DepthPlane,
     fragments::{AlphaTest, Coverage, FragmentSource, NO_MASK, ViewTriangles},
     layers::{Layers, NO_WOOD, fronts},
+    raster::bounds,
     shapes::Shapes,
     views::ViewSet,
 };
@@ -111,7 +112,7 @@ fn captured<S: Fn(usize) -> Option<f32> + Sync>(
         let mut covered = vec![0; leaves];
         let depth = |entry| view.depth(capture.views, entry);
         let row = |triangle: u32| view.rows[triangle as usize];
-        let layers = Layers::new(wood_depth(at), coverage, depth, row, &mut covered);
+        let layers = Layers::new(&wood_depth(at), coverage, depth, row, &mut covered);
         (layers, covered, coverage.len() as u64)
     };
     let mut captured = Captured { layers: Vec::new(), covered: vec![0; leaves], fragments: 0 };
@@ -163,7 +164,7 @@ impl<S: Fn(usize) -> Option<f32> + Sync> Capture<'_, S> {
         Ok(finished)
     }
 
-    /// Projects the triangles of one view.
+    /// Projects the triangles of one view that may cover a pixel.
     fn prepare(&self, view: usize) -> Prepared {
         let Self { shapes, views, has_wood, tiles, .. } = *self;
         let camera = &views.views[view];
@@ -178,6 +179,9 @@ impl<S: Fn(usize) -> Option<f32> + Sync> Capture<'_, S> {
             shapes.project(views, camera, shape, scale, &mut projected);
             for triangle in shape.triangles[0]..shape.triangles[1] {
                 let Some(corners) = shapes.corners(shape, triangle, &projected) else { continue };
+                if bounds(views.resolution, corners.map(|p| [p.x, p.y])).is_none() {
+                    continue;
+                }
                 out.screen.push(corners.map(|p| [p.x as i32, p.y as i32]));
                 out.alpha.push(shapes.alpha_test(shape, triangle, &corners));
                 out.tiling.extend(tiles.then(|| shape.tiling(scale)));

@@ -55,15 +55,14 @@ impl DepthPlane {
     /// Compares [`LANES`] pixels of row `y`, beginning at column `x`, with `others`. Returns the
     /// pixels where the plane is nearer, and where it is nearer or as near, one bit for each.
     pub fn nearer(&self, x: i64, y: i64, others: &[StoredDepth; LANES]) -> [u32; 2] {
-        let half = |first: usize| {
-            let at = |i: usize| (x + (first + i) as i64) as f64;
-            let columns = f64x4::new([at(0), at(1), at(2), at(3)]);
+        let half = |first: i64| {
+            let columns = f64x4::splat((x + first) as f64) + f64x4::new([0.0, 1.0, 2.0, 3.0]);
             // The same operations in the same order as for a single pixel.
             let inv_w = columns * f64x4::splat(self.per_x) + f64x4::splat(y as f64 * self.per_y);
             let inv_w = inv_w + f64x4::splat(self.at_origin);
             let inv_w = inv_w.fast_max(f64x4::splat(self.range[0])).fast_min(f64x4::splat(self.range[1]));
             let steps = (f64x4::splat(1.0 / NEAR) - inv_w) * f64x4::splat(STEPS_PER_INV_W);
-            let others = i32x4::new(std::array::from_fn(|i| others[first + i].0));
+            let others = i32x4::new(std::array::from_fn(|i| others[first as usize + i].0));
             let others = f64x4::from_i32x4(others) + f64x4::splat(STORED_ZERO);
             // A depth is cut off to a whole number, and the others are whole.
             let masks = [steps.cmp_lt(others), steps.cmp_lt(others + f64x4::splat(1.0))];

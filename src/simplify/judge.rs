@@ -7,13 +7,15 @@
 
 use super::{
     appearance::ViewLook,
+    areas::set_bits,
     change::Gain,
     depth::{DepthPlane, StoredDepth},
     enlarge::Growth,
     fragments::AlphaTest,
     layers::Layers,
     occlusion::{Fronts, Occlusion, SIDE},
-    raster::{bounds, cover, covers_pixel},
+    order::PixelOrder,
+    raster::{Area, Bounds, bounds, cover},
     scene::Scene,
     shapes::Shape,
     views::{ScreenPoint, View},
@@ -32,14 +34,16 @@ pub struct Judge {
     shown: Vec<[u32; 2]>,
     triangles: Vec<ScreenTriangle>,
     projected: Vec<Option<ScreenPoint>>,
-    /// Squares in the current row of squares that do not hide the triangle, from its first column.
-    open: Vec<bool>,
+    /// Squares that do not hide the current triangle, as (column, row).
+    open: Vec<[i64; 2]>,
+    /// First and last pixel of the current triangle in each row.
+    spans: Vec<[i64; 2]>,
 }
 
 /// A triangle of a leaf in a view.
 #[derive(Debug, Clone, Copy)]
 struct ScreenTriangle {
-    corners: [[i64; 2]; 3],
+    area: Area,
     depth: DepthPlane,
     alpha: AlphaTest,
 }
@@ -73,7 +77,7 @@ impl ViewOf<'_> {
     }
 
     fn pixel(&self, x: i64, y: i64) -> u32 {
-        (y * i64::from(self.resolution()) + x) as u32
+        PixelOrder::new(self.resolution()).index(x as u32, y as u32)
     }
 
     /// Frontmost polygon of a pixel, with its depth.
@@ -89,6 +93,13 @@ impl ViewOf<'_> {
     }
 }
 
+/// Those of pixels `first..=last` of a row that lie in a column of squares, one bit for each.
+fn lanes(column: i64, first: i64, last: i64) -> u32 {
+    let side = SIDE as i64;
+    let [first, end] = [first, last + 1].map(|x| (x - column * side).clamp(0, side));
+    (1 << end) - (1 << first)
+}
+
 impl Judge {
     /// Creates a judge for views of `pixels` pixels.
     pub fn new(pixels: usize) -> Self {
@@ -100,6 +111,7 @@ impl Judge {
             triangles: Vec::new(),
             projected: Vec::new(),
             open: Vec::new(),
+            spans: Vec::new(),
         }
     }
 
@@ -143,9 +155,14 @@ impl Judge {
         for triangle in shape.triangles[0]..shape.triangles[1] {
             let Some(corners) = shapes.corners(shape, triangle, &self.projected) else { continue };
             cover(on.resolution(), corners.map(|corner| [corner.x, corner.y]), |y, first, last| {
-                for x in (first..=last).filter(|&x| on.front(x, y).0 == target) {
-                    if Self::stamps_first(&mut self.stamps, self.stamp, on.pixel(x, y)) {
-                        self.shown.push([x as u32, y as u32]);
+                let side = SIDE as i64;
+                for column in first / side..=last / side {
+                    let fronts = on.occlusion.fronts(column as usize, y as usize);
+                    for lane in set_bits(fronts.lanes_of(target) & lanes(column, first, last)) {
+                        let x = column * side + lane as i64;
+                        if Self::stamps_first(&mut self.stamps, self.stamp, on.pixel(x, y)) {
+                            self.shown.push([x as u32, y as u32]);
+                        }
                     }
                 }
             });
@@ -160,76 +177,86 @@ impl Judge {
         shapes.project(views, on.camera(), shape, to, &mut self.projected);
         self.tiling = on.scene.tiling(shape, to);
         let mut gain = Gain::default();
+        let mut last = None;
         for triangle in shape.triangles[0]..shape.triangles[1] {
             let Some(corners) = shapes.corners(shape, triangle, &self.projected) else { continue };
-            let depth = shapes.depth_plane(views, on.camera(), shape, triangle, to);
             let on_screen = corners.map(|corner| [corner.x, corner.y]);
-            let is_open = self.find_open(on, on_screen, &depth);
-            if is_open || !self.shown.is_empty() {
+            let Some(bounds) = bounds(on.resolution(), on_screen) else { continue };
+            let plane = shapes.triangles[triangle as usize].plane;
+            let depth = match last {
+                Some((last, depth)) if last == plane => depth,
+                _ => shapes.depth_plane(views, on.camera(), shape, triangle, to),
+            };
+            last = Some((plane, depth));
+            self.find_open(on, bounds, &depth);
+            if !self.open.is_empty() || !self.shown.is_empty() {
+                let Some(area) = Area::new(bounds, on_screen) else { continue };
                 let alpha = shapes.alpha_test(shape, triangle, &corners);
-                let triangle = ScreenTriangle { corners: on_screen, depth, alpha };
-                if is_open {
-                    gain = gain.plus(self.newly_shown(on, target, &triangle));
-                }
+                let triangle = ScreenTriangle { area, depth, alpha };
+                gain = gain.plus(self.newly_shown(on, target, &triangle));
                 self.triangles.push(triangle);
             }
         }
         gain.plus(self.no_longer_shown(on, target))
     }
 
-    /// Finds the squares of the triangle's bounds that do not hide it. Returns false if all do.
-    fn find_open(&mut self, on: ViewOf<'_>, corners: [[i64; 2]; 3], depth: &DepthPlane) -> bool {
+    /// Finds the squares of a triangle's bounds that do not hide it.
+    fn find_open(&mut self, on: ViewOf<'_>, [low, high]: Bounds, depth: &DepthPlane) {
         self.open.clear();
-        let Some([low, high]) = bounds(on.resolution(), corners) else { return false };
         let side = SIDE as i64;
-        let mut is_any_open = false;
         for row in low[1] / side..=high[1] / side {
             for column in low[0] / side..=high[0] / side {
                 let square = [column, row];
                 let first = [0, 1].map(|axis| low[axis].max(square[axis] * side));
                 let last = [0, 1].map(|axis| high[axis].min(square[axis] * side + side - 1));
-                let is_open = !on.occlusion.hides(square.map(|at| at as usize), depth.nearest(first, last));
-                self.open.push(is_open);
-                is_any_open |= is_open;
-            }
-        }
-        is_any_open
-    }
-
-    /// Gain of the pixels in which a triangle shows and the target does not show yet.
-    fn newly_shown(&mut self, on: ViewOf<'_>, target: u32, triangle: &ScreenTriangle) -> Gain {
-        let Self { stamps, stamp, open, tiling, .. } = self;
-        let &ScreenTriangle { corners, depth, alpha } = triangle;
-        let Some([low, high]) = bounds(on.resolution(), corners) else { return Gain::default() };
-        let side = SIDE as i64;
-        let columns = high[0] / side - low[0] / side + 1;
-        let mut gain = Gain::default();
-        cover(on.resolution(), corners, |y, first, last| {
-            let alpha = alpha.row(on.scene.masks, tiling.as_ref(), y);
-            let open = &open[((y / side - low[1] / side) * columns) as usize..];
-            for column in (first / side..=last / side).filter(|column| open[(column - low[0] / side) as usize]) {
-                let left = column * side;
-                let span = (2_u32 << (last - left).min(side - 1)) - (1 << (first - left).max(0));
-                let Fronts { depths, polygons } = on.occlusion.fronts(column as usize, y as usize);
-                let [nearer, as_near] = depth.nearer(left, y, depths);
-                let mut passed = as_near & span;
-                while passed != 0 {
-                    let bit = passed.trailing_zeros();
-                    passed &= passed - 1;
-                    let x = left + i64::from(bit);
-                    let front = polygons[bit as usize];
-                    // Of equally near leaves the one with the lower index is in front.
-                    let is_behind = target > front && nearer >> bit & 1 == 0;
-                    if front == target || is_behind || alpha.is_some_and(|alpha| !alpha.covers(x)) {
-                        continue;
-                    }
-                    let pixel = on.pixel(x, y);
-                    if Self::stamps_first(stamps, *stamp, pixel) {
-                        gain = gain.plus(on.gain(pixel, front, target));
-                    }
+                if !on.occlusion.hides(square.map(|at| at as usize), depth.nearest(first, last)) {
+                    self.open.push(square);
                 }
             }
-        });
+        }
+    }
+
+    /// Gain of the pixels in open squares in which a triangle shows and the target does not show
+    /// yet.
+    fn newly_shown(&mut self, on: ViewOf<'_>, target: u32, triangle: &ScreenTriangle) -> Gain {
+        let Self { stamps, stamp, open, spans, tiling, .. } = self;
+        let &ScreenTriangle { area, depth, alpha } = triangle;
+        let mut gain = Gain::default();
+        let [Some([_, top]), Some([_, bottom])] = [open.first(), open.last()] else { return gain };
+        let side = SIDE as i64;
+        let [low, high] = area.bounds;
+        let [top, bottom] = [low[1].max(top * side), high[1].min(bottom * side + side - 1)];
+        spans.clear();
+        spans.resize((bottom - top + 1) as usize, [0, -1]);
+        area.cover([[low[0], top], [high[0], bottom]], |y, first, last| spans[(y - top) as usize] = [first, last]);
+        for &[column, row] in &*open {
+            let [left, above] = [column, row].map(|at| at * side);
+            let (mut nearer, mut as_near) = (0_u64, 0_u64);
+            for y in above.max(top)..=(above + side - 1).min(bottom) {
+                let [first, last] = spans[(y - top) as usize];
+                let lanes = lanes(column, first, last);
+                if lanes != 0 {
+                    let fronts = on.occlusion.fronts(column as usize, y as usize);
+                    let of_row = depth.nearer(left, y, &fronts.depths);
+                    nearer |= u64::from(of_row[0] & lanes) << ((y - above) * side);
+                    as_near |= u64::from(of_row[1] & lanes) << ((y - above) * side);
+                }
+            }
+            for bit in set_bits(as_near) {
+                let (lane, y) = (bit % SIDE, above + (bit / SIDE) as i64);
+                let (x, front) = (left + lane as i64, on.occlusion.fronts(column as usize, y as usize).polygons[lane]);
+                // Of equally near leaves the one with the lower index is in front.
+                let is_behind = target > front && nearer >> bit & 1 == 0;
+                let is_clear = || alpha.row(on.scene.masks, tiling.as_ref(), y).is_some_and(|alpha| !alpha.covers(x));
+                if front == target || is_behind || is_clear() {
+                    continue;
+                }
+                let pixel = on.pixel(x, y);
+                if Self::stamps_first(stamps, *stamp, pixel) {
+                    gain = gain.plus(on.gain(pixel, front, target));
+                }
+            }
+        }
         gain
     }
 
@@ -241,7 +268,7 @@ impl Judge {
             let stays_front =
                 |depth: u32| StoredDepth::new(depth) <= on.front(x, y).1 || on.layers.stays_front(pixel, depth, target);
             let shows = self.triangles.iter().any(|triangle| {
-                covers_pixel(triangle.corners, x, y)
+                triangle.area.covers(x, y)
                     && stays_front(triangle.depth.depth(x, y))
                     && triangle.alpha.row(on.scene.masks, self.tiling.as_ref(), y).is_none_or(|alpha| alpha.covers(x))
             });

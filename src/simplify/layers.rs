@@ -1,25 +1,25 @@
 //! Live fragments of one view, sorted front to back in each pixel, so that nothing has to be
 //! rendered again when a leaf is removed or grows.
 //!
-//! Each pixel has a stack of fragments, nearest on top, and a record that names the leaves of the
-//! two nearest. The fragments of a pruned leaf are dropped when they come to the top or their stack
-//! is full. Every update is recorded as [`Change`]s of (front, second) pairs, from which areas and
-//! criteria are updated.
+//! Each pixel has a stack of fragments, nearest on top and wood, if there is any, at the bottom, as
+//! well as a record that names the polygons of the two nearest. The fragments of a pruned leaf are
+//! dropped when they come to the top or their stack is full. Every update is recorded as
+//! [`Change`]s of (front, second) pairs, from which areas and criteria are updated.
 
-use super::{change::Change, footprint::Footprint, fragments::Coverage, occlusion::Occlusion};
+use super::{change::Change, footprint::Footprints, fragments::Coverage, occlusion::Occlusion, order::PixelOrder};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-/// A fragment packed into one integer that is smaller when nearer: depth in the upper half, leaf
-/// index in the lower, which also breaks ties.
+/// A fragment packed into one integer that is smaller when nearer: depth in the upper half, row in
+/// the lower, which also breaks ties. Rows are leaves, then the background, then the wood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 struct Fragment(u64);
 
 impl Fragment {
-    fn new(depth: u32, leaf: u32) -> Self {
-        Self(u64::from(depth) << 32 | u64::from(leaf))
+    fn new(depth: u32, row: u32) -> Self {
+        Self(u64::from(depth) << 32 | u64::from(row))
     }
 
-    fn leaf(self) -> u32 {
+    fn row(self) -> u32 {
         self.0 as u32
     }
 
@@ -40,7 +40,8 @@ struct Pixel {
     len_and_room: u32,
 }
 
-/// Bits of a stack's length: enough for the largest number of leaves that a plant may have.
+/// Bits of a stack's length: enough for the largest number of leaves that a plant may have, and
+/// wood.
 const LEN_BITS: u32 = 23;
 /// Largest number of free slots that a stack knows of; others are lost.
 const MAX_ROOM: u32 = u32::MAX >> LEN_BITS;
@@ -71,10 +72,9 @@ pub const NO_WOOD: u32 = u32::MAX;
 /// Fragments of one view.
 #[derive(Debug)]
 pub struct Layers {
+    order: PixelOrder,
     pixels: Vec<Pixel>,
     stacks: Vec<Fragment>,
-    /// Depth of the nearest wood in each pixel, or [`NO_WOOD`]. Leaves behind it are not kept.
-    wood_depth: Vec<u32>,
     /// For each polygon, the number of pixels in which it is frontmost, and directly behind.
     seen: Vec<[u32; 2]>,
     /// Number of leaves, which is also the background's row; the wood's row is the next.
@@ -94,14 +94,14 @@ const SPARE: f64 = 0.125;
 
 impl Layers {
     /// Sorts captured coverage into the fragments of each pixel. `wood_depth` holds the depth of
-    /// the wood that is not captured, or [`NO_WOOD`], for each pixel.
+    /// the wood that is not captured, or [`NO_WOOD`], for each pixel, row by row.
     ///
     /// `depth(coverage)` returns the depth of an entry and `leaf_of(triangle)` the leaf of a
     /// triangle, or `leaves + 1` for the wood, where `leaves` is the length of `covered`. Fragments
     /// behind the wood are dropped, since nothing ever uncovers them. Adds the number of pixels
     /// that each leaf covers, including pixels behind the wood, to its entry in `covered`.
     pub fn new(
-        mut wood_depth: Vec<u32>,
+        wood_depth: &[u32],
         coverage: &[Coverage],
         depth: impl Fn(Coverage) -> u32,
         leaf_of: impl Fn(u32) -> u32,
@@ -110,43 +110,48 @@ impl Layers {
         let leaves = covered.len() as u32;
         let wood_row = leaves + 1;
         let pixels = wood_depth.len();
+        let order = PixelOrder::new(pixels.isqrt() as u32);
+        let mut wood_depth = order.arranged(wood_depth);
         let mut starts = vec![0_u32; pixels + 1];
         for entry in coverage {
+            let index = order.index_of(entry.pixel) as usize;
             if leaf_of(entry.triangle) == wood_row {
-                let nearest = &mut wood_depth[entry.pixel as usize];
-                *nearest = depth(*entry).min(*nearest);
+                wood_depth[index] = depth(*entry).min(wood_depth[index]);
             } else {
-                starts[entry.pixel as usize + 1] += 1;
+                starts[index + 1] += 1;
             }
         }
         for pixel in 0..pixels {
-            starts[pixel + 1] += starts[pixel];
+            starts[pixel + 1] += starts[pixel] + u32::from(wood_depth[pixel] != NO_WOOD);
         }
         let mut stacks = vec![Fragment::default(); starts[pixels] as usize];
-        let mut lens = vec![0_u32; pixels];
+        let mut ends = starts[..pixels].to_vec();
+        for (end, &depth) in ends.iter_mut().zip(&wood_depth).filter(|(_, depth)| **depth != NO_WOOD) {
+            stacks[*end as usize] = Fragment::new(depth, wood_row);
+            *end += 1;
+        }
         for entry in coverage {
-            let (leaf, pixel) = (leaf_of(entry.triangle), entry.pixel as usize);
+            let (leaf, end) = (leaf_of(entry.triangle), &mut ends[order.index_of(entry.pixel) as usize]);
             if leaf != wood_row {
-                stacks[(starts[pixel] + lens[pixel]) as usize] = Fragment::new(depth(*entry), leaf);
-                lens[pixel] += 1;
+                stacks[*end as usize] = Fragment::new(depth(*entry), leaf);
+                *end += 1;
             }
         }
         let mut seen = vec![[0; 2]; leaves as usize + 2];
         let records = (0..pixels).map(|at| {
             let stack = &mut stacks[starts[at] as usize..starts[at + 1] as usize];
-            let len = sorted(stack, wood_depth[at], covered);
-            let bottom = bottom(wood_depth[at], leaves);
-            let nearest = |place| len.checked_sub(place).map_or(bottom, |at| stack[at as usize]).leaf();
-            let pair = [nearest(1), nearest(2)];
-            (0..2).for_each(|place| seen[pair[place] as usize][place] += 1);
+            let len = sorted(stack, leaves, covered);
+            let nearest = |place| len.checked_sub(place).map(|at| stack[at]);
+            let pair = pair(nearest(1), nearest(2), leaves);
             let mut pixel = Pixel { pair, start: starts[at], len_and_room: 0 };
-            pixel.set(len, stack.len() as u32 - len);
+            (0..2).for_each(|place| seen[pair[place] as usize][place] += 1);
+            pixel.set(len as u32, (stack.len() - len) as u32);
             pixel
         });
         Self {
+            order,
             pixels: records.collect(),
             stacks,
-            wood_depth,
             seen,
             leaves,
             reference: Vec::new(),
@@ -155,21 +160,22 @@ impl Layers {
         }
     }
 
-    /// Keeps `full` as the reference: for every pixel of the same view the frontmost polygon at
-    /// full detail, or the row [`outline::beyond`](super::outline::beyond).
-    pub fn keep_reference(&mut self, full: Vec<u32>) {
-        self.reference = full;
+    /// Keeps `full` as the reference: for every pixel of the same view, row by row, the frontmost
+    /// polygon at full detail, or the row [`outline::beyond`](super::outline::beyond).
+    pub fn keep_reference(&mut self, full: &[u32]) {
+        self.reference = self.order.arranged(full);
         let mut occlusion = Occlusion::new(self.pixels.len());
         for index in 0..self.pixels.len() as u32 {
             let front = self.nearest(index, 0);
-            occlusion.set(index, front.depth(), front.leaf());
+            occlusion.set(index, front.depth(), front.row());
         }
         self.occlusion = Some(occlusion);
     }
 
-    /// Returns the frontmost polygon of every pixel.
+    /// Returns the frontmost polygon of every pixel, row by row.
     pub fn front_rows(&self) -> Vec<u32> {
-        self.fronts().map(|[front, _]| front).collect()
+        let numbers = 0..self.pixels.len() as u32;
+        numbers.map(|number| self.pixels[self.order.index_of(number) as usize].pair[0]).collect()
     }
 
     /// Iterates over the reference and the (front, second) pair of every pixel. Returns `None` if
@@ -198,18 +204,14 @@ impl Layers {
         self.seen[leaf as usize]
     }
 
-    /// Frontmost fragment of a pixel for `place` 0, the second one for 1.
+    /// Frontmost fragment of a pixel for `place` 0, the one behind it for 1: the background's if
+    /// there is none.
     fn nearest(&self, index: u32, place: u32) -> Fragment {
         let pixel = &self.pixels[index as usize];
         match pixel.len().checked_sub(1 + place) {
             Some(at) => self.stacks[(pixel.start + at) as usize],
-            None => self.bottom(index),
+            None => Fragment::new(NO_WOOD, self.leaves),
         }
-    }
-
-    /// The fragment behind all leaves: the wood, or else the background.
-    fn bottom(&self, index: u32) -> Fragment {
-        bottom(self.wood_depth[index as usize], self.leaves)
     }
 
     /// Updates the [occlusion](Self::occlusion) data.
@@ -227,46 +229,40 @@ impl Layers {
         self.pixels.iter().map(|pixel| pixel.pair)
     }
 
-    /// Removes a leaf that was just marked dead. `footprint` is its footprint or its outline.
-    pub fn remove(&mut self, leaf: u32, footprint: &Footprint, dead: &[AtomicBool]) {
-        for &(index, _) in &footprint.fragments {
-            let from = self.pixels[index as usize].pair;
-            if from.contains(&leaf) {
-                self.settle(index, dead);
-                self.record(index, from);
-            }
+    /// Removes a leaf that was just marked dead from a pixel, unless it is no longer seen in any.
+    pub fn remove(&mut self, leaf: u32, index: u32, dead: &[AtomicBool]) {
+        if self.seen(leaf) == [0; 2] {
+            return;
+        }
+        let from = self.pixels[index as usize].pair;
+        if from.contains(&leaf) {
+            self.settle(index, dead);
+            self.record(index, from, leaf);
         }
     }
 
-    /// Replaces a leaf's footprint `old` with `new`, touching only the pixels where they differ.
-    pub fn regrow(&mut self, leaf: u32, old: &Footprint, new: &Footprint, dead: &[AtomicBool]) {
-        for &(index, depth) in &new.fragments {
-            let old_depth = old.depth_at(index);
-            if old_depth == Some(depth) {
-                continue;
-            }
+    /// Replaces a leaf's footprint at one scale with that at another, touching only the pixels
+    /// where they differ.
+    pub fn regrow(&mut self, leaf: u32, footprints: &Footprints, dead: &[AtomicBool]) {
+        footprints.for_each_difference(|index, is_covered, depth| {
             let from = self.pixels[index as usize].pair;
-            if old_depth.is_some() {
+            if is_covered {
                 self.take(index, leaf, dead);
             }
-            self.insert(index, Fragment::new(depth, leaf), dead);
-            self.record(index, from);
-        }
-        for &(index, _) in &old.fragments {
-            if new.depth_at(index).is_none() {
-                let from = self.pixels[index as usize].pair;
-                self.take(index, leaf, dead);
-                self.record(index, from);
+            if let Some(depth) = depth {
+                self.insert(index, Fragment::new(depth, leaf), dead);
             }
-        }
+            self.record(index, from, leaf);
+        });
     }
 
-    /// Records the change of a pixel, merging it with the previous change if both are the same.
-    fn record(&mut self, index: u32, from: [u32; 2]) {
+    /// Records the change of a pixel of `leaf`, merging it with the previous change if both are the
+    /// same.
+    fn record(&mut self, index: u32, from: [u32; 2], leaf: u32) {
         let to = self.pixels[index as usize].pair;
-        if self.occlusion.is_some() {
+        if self.occlusion.is_some() && (from[0] != to[0] || to[0] == leaf) {
             let front = self.nearest(index, 0);
-            self.occlusion.iter_mut().for_each(|occlusion| occlusion.set(index, front.depth(), front.leaf()));
+            self.occlusion.iter_mut().for_each(|occlusion| occlusion.set(index, front.depth(), front.row()));
         }
         if from == to {
             return;
@@ -286,16 +282,15 @@ impl Layers {
     /// `dead` may be empty if no leaf is dead.
     fn settle(&mut self, index: u32, dead: &[AtomicBool]) {
         let pixel = &mut self.pixels[index as usize];
-        let bottom = bottom(self.wood_depth[index as usize], self.leaves).leaf();
         let len = pixel.len() as usize;
         let stack = &mut self.stacks[pixel.start as usize..][..len];
         let live_below = |stack: &[Fragment], end: usize| stack[..end].iter().rposition(|&at| !is_dead(dead, at));
         let Some(front) = live_below(stack, len) else {
-            pixel.pair = [bottom; 2];
+            pixel.pair = [self.leaves; 2];
             return pixel.set_len(0);
         };
         let second = live_below(stack, front);
-        pixel.pair = [stack[front].leaf(), second.map_or(bottom, |second| stack[second].leaf())];
+        pixel.pair = pair(Some(stack[front]), second.map(|second| stack[second]), self.leaves);
         let kept = second.map_or(0, |second| second + 1);
         stack[kept] = stack[front];
         if kept + 1 < len {
@@ -307,7 +302,7 @@ impl Layers {
     fn take(&mut self, index: u32, leaf: u32, dead: &[AtomicBool]) {
         let pixel = &mut self.pixels[index as usize];
         let stack = &mut self.stacks[pixel.start as usize..][..pixel.len() as usize];
-        let Some(at) = stack.iter().rposition(|fragment| fragment.leaf() == leaf) else { return };
+        let Some(at) = stack.iter().rposition(|fragment| fragment.row() == leaf) else { return };
         stack.copy_within(at + 1.., at);
         pixel.set_len(pixel.len() - 1);
         if pixel.pair.contains(&leaf) {
@@ -317,24 +312,22 @@ impl Layers {
 
     /// Adds a fragment unless it is behind the wood.
     fn insert(&mut self, index: u32, fragment: Fragment, dead: &[AtomicBool]) {
-        if fragment > self.bottom(index) {
-            return;
-        }
         if self.pixels[index as usize].room() == 0 {
             self.make_room(index, dead);
         }
         let pixel = &mut self.pixels[index as usize];
-        let len = pixel.len();
-        pixel.set_len(len + 1);
-        let mut at = (pixel.start + len) as usize;
-        while at > pixel.start as usize && self.stacks[at - 1] < fragment {
-            self.stacks[at] = self.stacks[at - 1];
-            at -= 1;
+        let len = pixel.len() as usize;
+        let stack = &mut self.stacks[pixel.start as usize..][..len + 1];
+        let at = stack[..len].iter().rposition(|other| *other > fragment).map_or(0, |farther| farther + 1);
+        if at == 0 && len > 0 && stack[0].row() > self.leaves {
+            return;
         }
-        self.stacks[at] = fragment;
-        match (pixel.start + len) as usize - at {
-            0 => pixel.pair = [fragment.leaf(), pixel.pair[0]],
-            1 => pixel.pair[1] = fragment.leaf(),
+        stack.copy_within(at..len, at + 1);
+        stack[at] = fragment;
+        pixel.set_len(len as u32 + 1);
+        match len - at {
+            0 => pixel.pair = [fragment.row(), pixel.pair[0]],
+            1 => pixel.pair[1] = fragment.row(),
             _ => {}
         }
     }
@@ -370,14 +363,16 @@ impl Layers {
     }
 
     /// Repacks all stacks without gaps or dead fragments, with at least `spare` free slots behind
-    /// them.
+    /// them. Keeps the memory of dead fragments, so that stacks are packed less often as leaves
+    /// become fewer.
     fn pack(&mut self, spare: usize, dead: &[AtomicBool]) {
         let live = |pixel: &Pixel| {
             let stack = &self.stacks[pixel.start as usize..][..pixel.len() as usize];
             stack.iter().filter(|fragment| !is_dead(dead, **fragment))
         };
         let count: usize = self.pixels.iter().map(|pixel| live(pixel).count()).sum();
-        let mut packed = Vec::with_capacity(count + spare.max((count as f64 * SPARE) as usize));
+        let capacity = count + spare.max((count as f64 * SPARE) as usize);
+        let mut packed = Vec::with_capacity(capacity.max(self.stacks.capacity()));
         let mut lens = Vec::with_capacity(self.pixels.len());
         for pixel in &self.pixels {
             let start = packed.len();
@@ -397,7 +392,7 @@ impl Layers {
 /// Returns the row of the frontmost polygon of each pixel, and the depth of the nearest wood or
 /// [`NO_WOOD`]. `fragments` yields pixels, depths and rows: `leaves + 1` for the wood.
 pub fn fronts(pixels: usize, fragments: impl Iterator<Item = (u32, u32, u32)>, leaves: u32) -> [Vec<u32>; 2] {
-    let mut fronts = vec![bottom(NO_WOOD, leaves); pixels];
+    let mut fronts = vec![Fragment::new(NO_WOOD, leaves); pixels];
     let mut wood_depth = vec![NO_WOOD; pixels];
     for (pixel, depth, row) in fragments {
         let front = &mut fronts[pixel as usize];
@@ -407,33 +402,38 @@ pub fn fronts(pixels: usize, fragments: impl Iterator<Item = (u32, u32, u32)>, l
             *nearest = depth.min(*nearest);
         }
     }
-    [fronts.into_iter().map(Fragment::leaf).collect(), wood_depth]
+    [fronts.into_iter().map(Fragment::row).collect(), wood_depth]
 }
 
 /// Whether a fragment's leaf is pruned. `dead` may be empty if no leaf is.
 fn is_dead(dead: &[AtomicBool], fragment: Fragment) -> bool {
-    dead.get(fragment.leaf() as usize).is_some_and(|dead| dead.load(Relaxed))
+    dead.get(fragment.row() as usize).is_some_and(|dead| dead.load(Relaxed))
 }
 
-/// Returns the fragment behind all leaves: the wood, or else the background.
-fn bottom(wood_depth: u32, leaves: u32) -> Fragment {
-    Fragment::new(wood_depth, if wood_depth == NO_WOOD { leaves } else { leaves + 1 })
+/// Rows of the frontmost fragment of a pixel and of the one behind it. Behind all leaves is the
+/// background, or wood with more wood behind it.
+fn pair(front: Option<Fragment>, second: Option<Fragment>, leaves: u32) -> [u32; 2] {
+    let front = front.map_or(leaves, Fragment::row);
+    [front, second.map_or(front.max(leaves), Fragment::row)]
 }
 
-/// Sorts the fragments of a pixel, nearest last. Keeps only the nearest one of each leaf, counts
-/// the pixel as covered by that leaf, and drops fragments behind the wood. Returns the number of
-/// fragments kept.
-fn sorted(stack: &mut [Fragment], wood_depth: u32, covered: &mut [u32]) -> u32 {
-    stack.sort_unstable_by_key(|fragment| (fragment.leaf(), fragment.0));
+/// Sorts the fragments of a pixel, nearest last; wood may only be the first. Keeps only the nearest
+/// one of each leaf, counts the pixel as covered by that leaf, and drops fragments behind the wood.
+/// Returns the number of fragments kept.
+fn sorted(stack: &mut [Fragment], leaves: u32, covered: &mut [u32]) -> usize {
+    let wood = stack.first().copied().filter(|bottom| bottom.row() > leaves);
+    let first = usize::from(wood.is_some());
+    let stack = &mut stack[first..];
+    stack.sort_unstable_by_key(|fragment| (fragment.row(), fragment.0));
     let (mut kept, mut last) = (0, None);
     for at in 0..stack.len() {
         let fragment = stack[at];
-        if last.replace(fragment.leaf()) != Some(fragment.leaf()) {
-            covered[fragment.leaf() as usize] += 1;
+        if last.replace(fragment.row()) != Some(fragment.row()) {
+            covered[fragment.row() as usize] += 1;
             stack[kept] = fragment;
-            kept += usize::from(fragment.depth() <= wood_depth);
+            kept += usize::from(wood.is_none_or(|wood| fragment < wood));
         }
     }
     stack[..kept].sort_unstable_by(|a, b| b.cmp(a));
-    kept as u32
+    first + kept
 }

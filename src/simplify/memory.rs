@@ -26,7 +26,7 @@ use crate::{
 use glam::Vec3;
 
 /// Bytes per pixel for its record in the captured views.
-const PIXEL_BYTES: f64 = 20.0;
+const PIXEL_BYTES: f64 = 16.0;
 /// Bytes per pixel for its frontmost polygon at full detail, where looks are compared with it, and
 /// for its frontmost fragment once more.
 const REFERENCE_BYTES: f64 = 12.0;

@@ -28,6 +28,7 @@ pub(crate) mod memory;
 pub(crate) mod neighbours;
 pub(crate) mod occlusion;
 pub(crate) mod options;
+pub(crate) mod order;
 pub(crate) mod outline;
 pub(crate) mod pairs;
 pub(crate) mod price;

@@ -1,7 +1,11 @@
 //! Frontmost fragments of a view, laid out for finding what a leaf would show: of eight pixels in
 //! one cache line, and the farthest depth of each small square.
 
-use super::depth::{LANES, StoredDepth};
+use super::{
+    depth::{LANES, StoredDepth},
+    order::PixelOrder,
+};
+use wide::{CmpEq, i32x8};
 
 /// Side of a square in pixels.
 pub const SIDE: usize = LANES;
@@ -16,13 +20,21 @@ pub struct Fronts {
     pub polygons: [u32; LANES],
 }
 
+impl Fronts {
+    /// Pixels of a polygon, one bit for each.
+    pub fn lanes_of(&self, polygon: u32) -> u32 {
+        let polygons = i32x8::new(self.polygons.map(|polygon| polygon as i32));
+        polygons.cmp_eq(i32x8::splat(polygon as i32)).move_mask() as u32
+    }
+}
+
 /// Frontmost fragments of a view.
 #[derive(Debug)]
 pub struct Occlusion {
-    resolution: usize,
+    order: PixelOrder,
     /// Number of squares in a row.
     columns: usize,
-    /// Each row of pixels, padded to whole squares with depth 0.
+    /// Rows of each square, one square after another, padded with depth 0.
     fronts: Vec<Fronts>,
     /// Farthest depth of each square.
     farthest: Vec<StoredDepth>,
@@ -39,9 +51,9 @@ impl Occlusion {
         let squares = columns * columns;
         let none = Fronts { depths: [StoredDepth::new(0); LANES], polygons: [0; LANES] };
         Self {
-            resolution,
+            order: PixelOrder::new(resolution as u32),
             columns,
-            fronts: vec![none; columns * resolution],
+            fronts: vec![none; squares * SIDE],
             farthest: vec![StoredDepth::new(0); squares],
             stale: Vec::new(),
             is_stale: vec![false; squares],
@@ -50,15 +62,14 @@ impl Occlusion {
 
     /// Changes the frontmost fragment of a pixel.
     pub fn set(&mut self, pixel: u32, depth: u32, polygon: u32) {
-        let (x, y) = (pixel as usize % self.resolution, pixel as usize / self.resolution);
-        let fronts = &mut self.fronts[y * self.columns + x / LANES];
+        let [x, y] = self.order.pixel(pixel).map(|at| at as usize);
+        let square = y / SIDE * self.columns + x / SIDE;
+        let fronts = &mut self.fronts[square * SIDE + y % SIDE];
         fronts.polygons[x % LANES] = polygon;
         let stored = &mut fronts.depths[x % LANES];
-        if std::mem::replace(stored, StoredDepth::new(depth)) != *stored {
-            let square = y / SIDE * self.columns + x / SIDE;
-            if !std::mem::replace(&mut self.is_stale[square], true) {
-                self.stale.push(square as u32);
-            }
+        let has_moved = std::mem::replace(stored, StoredDepth::new(depth)) != *stored;
+        if has_moved && !std::mem::replace(&mut self.is_stale[square], true) {
+            self.stale.push(square as u32);
         }
     }
 
@@ -66,9 +77,7 @@ impl Occlusion {
     pub fn refresh(&mut self) {
         for square in self.stale.drain(..) {
             let square = square as usize;
-            let (column, top) = (square % self.columns, square / self.columns * SIDE);
-            let rows = top..(top + SIDE).min(self.resolution);
-            let depths = rows.flat_map(|y| self.fronts[y * self.columns + column].depths);
+            let depths = self.fronts[square * SIDE..][..SIDE].iter().flat_map(|row| row.depths);
             self.farthest[square] = depths.fold(StoredDepth::new(0), StoredDepth::max);
             self.is_stale[square] = false;
         }
@@ -82,7 +91,7 @@ impl Occlusion {
 
     /// Part of pixel row `y` that lies in a column of squares.
     pub fn fronts(&self, column: usize, y: usize) -> &Fronts {
-        &self.fronts[y * self.columns + column]
+        &self.fronts[(y / SIDE * self.columns + column) * SIDE + y % SIDE]
     }
 }
 
@@ -108,11 +117,12 @@ mod tests {
                 occlusion.set(pixel, depth, depth);
             }
             occlusion.refresh();
-            let is_in = |pixel: &usize| [pixel % 20 / SIDE, pixel / 20 / SIDE] == square;
+            let at = |pixel: usize| PixelOrder::new(20).pixel(pixel as u32).map(|at| at as usize);
+            let is_in = |pixel: &usize| at(*pixel).map(|at| at / SIDE) == square;
             let expected = (0..400).filter(is_in).all(|pixel| depths[pixel] < depth);
             prop_assert_eq!(occlusion.hides(square, depth), expected);
             for (pixel, &depth) in depths.iter().enumerate() {
-                let (x, y) = (pixel % 20, pixel / 20);
+                let [x, y] = at(pixel);
                 let Fronts { depths, polygons } = occlusion.fronts(x / LANES, y);
                 prop_assert_eq!((depths[x % LANES], polygons[x % LANES]), (StoredDepth::new(depth), depth));
             }

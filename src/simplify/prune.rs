@@ -153,7 +153,7 @@ mod tests {
         plant::WoodPart,
         simplify::{
             capture::{Captured, capture},
-            footprint::Footprint,
+            footprint::Footprints,
             masks::Masks,
             options::Compensate,
             raster::CpuFragments,
@@ -194,18 +194,20 @@ mod tests {
     fn drawn_again(pruner: &Pruner<'_, Vmi>, view: usize) -> Vec<[u32; 2]> {
         let leaves = pruner.enlarger.dead.len() as u32;
         let mut nearest = vec![[(u32::MAX, leaves); 2]; pruner.scene.views.pixels()];
-        let mut footprint = Footprint::new(nearest.len());
+        let mut footprints = Footprints::new(RESOLUTION);
         for shape in (0..=leaves).filter(|&shape| shape == leaves || !pruner.enlarger.dead[shape as usize]) {
             let row = if shape == leaves { leaves + 1 } else { shape };
             let scale = pruner.enlarger.scales.get(shape as usize).copied().unwrap_or(1.0);
-            footprint.rasterise(pruner.scene, view, shape, scale);
-            for &(pixel, depth) in &footprint.fragments {
+            // A leaf without size covers nothing.
+            footprints.rasterise(pruner.scene, view, shape, [0.0, scale]);
+            footprints.for_each_difference(|pixel, _, depth| {
+                let Some(depth) = depth else { return };
                 let pair = &mut nearest[pixel as usize];
                 // Only wood is counted behind wood.
                 let sinking =
                     if (depth, row) < pair[0] { std::mem::replace(&mut pair[0], (depth, row)) } else { (depth, row) };
                 pair[1] = if pair[0].1 == leaves + 1 { pair[0] } else { pair[1].min(sinking) };
-            }
+            });
         }
         nearest.into_iter().map(|pair| pair.map(|(_, row)| row)).collect()
     }
@@ -213,11 +215,9 @@ mod tests {
     /// Number of pixels, over all views, that a leaf covers at its current scale.
     fn covers(pruner: &Pruner<'_, Vmi>, leaf: usize) -> u32 {
         let views = pruner.scene.views;
-        let mut footprint = Footprint::new(views.pixels());
-        let count = |view| {
-            footprint.rasterise(pruner.scene, view, leaf as u32, pruner.enlarger.scales[leaf]);
-            footprint.fragments.len() as u32
-        };
+        let mut footprints = Footprints::new(RESOLUTION);
+        let count =
+            |view| footprints.rasterise(pruner.scene, view, leaf as u32, [1.0, pruner.enlarger.scales[leaf]]) as u32;
         (0..views.views.len()).map(count).sum()
     }
 

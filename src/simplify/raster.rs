@@ -19,39 +19,67 @@ use wide::i32x8;
 /// centre of pixel (0, 0), in either winding order.
 ///
 /// A triangle without area covers nothing.
-pub fn cover(resolution: u32, corners: [[i64; 2]; 3], mut row: impl FnMut(i64, i64, i64)) {
-    let (Some(edges), Some([low, high])) = (edges(corners), bounds(resolution, corners)) else { return };
-    let size = [0, 1].map(|axis| {
-        let at = corners.map(|corner| corner[axis]);
-        at[0].max(at[1]).max(at[2]) - at[0].min(at[1]).min(at[2])
-    });
-    if size[0] < LANES * SUBPIXEL && size[1] < MAX_LANE_ROWS * SUBPIXEL {
-        cover_narrow(&edges, low, high, row);
-    } else {
-        for y in low[1]..=high[1] {
-            if let Some((first, last)) = solve(&edges, y, low[0], high[0]) {
-                row(y, first, last);
-            }
-        }
+pub fn cover(resolution: u32, corners: [[i64; 2]; 3], row: impl FnMut(i64, i64, i64)) {
+    let area = bounds(resolution, corners).and_then(|bounds| Area::new(bounds, corners));
+    if let Some(area) = area {
+        area.cover(area.bounds, row);
     }
 }
 
-/// Whether the triangle covers pixel (x, y).
-pub fn covers_pixel(corners: [[i64; 2]; 3], x: i64, y: i64) -> bool {
-    edges(corners).is_some_and(|edges| edges.iter().all(|edge| edge.at(x, y) >= 0))
+/// First and last pixel of a rectangle, as (x, y).
+pub type Bounds = [[i64; 2]; 2];
+
+/// A triangle's area on the screen.
+#[derive(Debug, Clone, Copy)]
+pub struct Area {
+    /// The triangle lies inside all of them.
+    edges: [Edge; 3],
+    is_narrow: bool,
+    /// Rectangle that holds all pixel centres in the triangle.
+    pub bounds: Bounds,
 }
 
-/// Edges of a triangle, which lies inside all of them; `None` if it has no area.
-fn edges(corners: [[i64; 2]; 3]) -> Option<[Edge; 3]> {
-    let [a, b, c] = corners;
-    let twice_area = twice_area(a, b, c);
-    let [b, c] = if twice_area < 0 { [c, b] } else { [b, c] };
-    (twice_area != 0).then(|| [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)])
+impl Area {
+    /// Creates the area of a triangle as [`cover`] takes it, with its [`bounds`]; `None` if it has
+    /// none.
+    pub fn new(bounds: Bounds, corners: [[i64; 2]; 3]) -> Option<Self> {
+        let [a, b, c] = corners;
+        let twice_area = twice_area(a, b, c);
+        let [b, c] = if twice_area < 0 { [c, b] } else { [b, c] };
+        let [width, height] = [0, 1].map(|axis| {
+            let at = corners.map(|corner| corner[axis]);
+            at[0].max(at[1]).max(at[2]) - at[0].min(at[1]).min(at[2])
+        });
+        (twice_area != 0).then(|| Self {
+            edges: [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)],
+            is_narrow: width < LANES * SUBPIXEL && height < MAX_LANE_ROWS * SUBPIXEL,
+            bounds,
+        })
+    }
+
+    /// Calls `row(y, first, last)` for every row of a rectangle, itself within the bounds, in which
+    /// the triangle covers pixels `first..=last`.
+    pub fn cover(&self, [low, high]: Bounds, mut row: impl FnMut(i64, i64, i64)) {
+        if self.is_narrow {
+            cover_narrow(&self.edges, low, high, row);
+        } else {
+            for y in low[1]..=high[1] {
+                if let Some((first, last)) = solve(&self.edges, y, low[0], high[0]) {
+                    row(y, first, last);
+                }
+            }
+        }
+    }
+
+    /// Whether the triangle covers pixel (x, y).
+    pub fn covers(&self, x: i64, y: i64) -> bool {
+        self.edges.iter().all(|edge| edge.at(x, y) >= 0)
+    }
 }
 
 /// First and last pixel, as (x, y), of the smallest rectangle that holds all pixel centres within a
 /// triangle's bounds; `None` if there are none in the view.
-pub fn bounds(resolution: u32, [a, b, c]: [[i64; 2]; 3]) -> Option<[[i64; 2]; 2]> {
+pub fn bounds(resolution: u32, [a, b, c]: [[i64; 2]; 3]) -> Option<Bounds> {
     let last_pixel = i64::from(resolution) - 1;
     let low = [0, 1].map(|axis| ceil_pixel(a[axis].min(b[axis]).min(c[axis])).max(0));
     let high = [0, 1].map(|axis| a[axis].max(b[axis]).max(c[axis]).div_euclid(SUBPIXEL).min(last_pixel));
@@ -304,6 +332,25 @@ mod tests {
                 .filter(|&(x, y)| covers_by_definition(corners, x, y))
                 .collect();
             prop_assert_eq!(pixels(side, corners), expected);
+        }
+
+        #[test]
+        fn a_rectangle_of_an_area_holds_what_it_covers_there(
+            a in corner(), b in corner(), c in corner(), cut in prop::array::uniform4(0..3_i64),
+        ) {
+            let corners = [a, b, c].map(|(x, y)| [x, y]);
+            let area = bounds(16, corners).and_then(|bounds| Area::new(bounds, corners));
+            prop_assume!(area.is_some());
+            let area = area.unwrap();
+            let [low, high] = area.bounds;
+            let (low, high) = ([low[0] + cut[0], low[1] + cut[1]], [high[0] - cut[2], high[1] - cut[3]]);
+            prop_assume!(low[0] <= high[0] && low[1] <= high[1]);
+            let mut found = Vec::new();
+            area.cover([low, high], |y, first, last| found.extend((first..=last).map(|x| (x, y))));
+            let is_within = |&(x, y): &(i64, i64)| (low[0]..=high[0]).contains(&x) && (low[1]..=high[1]).contains(&y);
+            let expected: Vec<_> = pixels(16, [a, b, c]).into_iter().filter(is_within).collect();
+            prop_assert!(expected.iter().all(|&(x, y)| area.covers(x, y)));
+            prop_assert_eq!(found, expected);
         }
 
         #[test]

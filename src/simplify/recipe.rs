@@ -247,7 +247,7 @@ impl Work<'_> {
             }
         };
         let kept = layers.par_iter_mut().zip(references);
-        kept.for_each(|(layers, reference)| layers.keep_reference(reference));
+        kept.for_each(|(layers, reference)| layers.keep_reference(&reference));
         done.seconds.fragments += started.elapsed().as_secs_f64();
 
         let started = Instant::now();

@@ -35,7 +35,8 @@ struct Plane {
 pub struct Triangle {
     /// Indices into the vertices of [`Shapes`].
     corners: [u32; 3],
-    plane: u32,
+    /// Its plane; triangles in the same plane follow each other.
+    pub plane: u32,
 }
 
 /// One leaf, or the wood as a whole, in unit space.
@@ -172,6 +173,13 @@ impl Shapes {
     pub fn corners(&self, shape: &Shape, triangle: u32, projected: &[Option<ScreenPoint>]) -> Option<[ScreenPoint; 3]> {
         let [a, b, c] = self.triangles[triangle as usize].corners.map(|c| projected[(c - shape.vertices[0]) as usize]);
         Some([a?, b?, c?])
+    }
+
+    /// Whether scale does not change the depth of a shape: it lies in one plane through its pivot.
+    pub fn is_steady(&self, shape: &Shape) -> bool {
+        let plane = |triangle: u32| self.triangles[triangle as usize].plane;
+        let [first, end] = shape.triangles;
+        first < end && plane(first) == plane(end - 1) && self.planes[plane(first) as usize].offset == 0.0
     }
 
     /// Depth plane of a triangle in a view.

@@ -14,10 +14,10 @@
 //! integers, equal to a computation from scratch bit for bit.
 
 use super::{
-    areas::{Areas, Row, Sums, views_of},
+    areas::{Areas, Row, Sums, set_bits},
     change::Change,
     information::FixedLog,
-    pairs::{Pair, Pairs},
+    pairs::{Pairs, Place},
     ranking::BOTTOMS,
     views::MAX_VIEWS,
 };
@@ -115,7 +115,7 @@ pub struct Terms {
     uncovered: [Vec<Row>; BOTTOMS],
     uncovered_totals: [Vec<u32>; BOTTOMS],
     /// Pairs whose counts changed in this step; their terms are left out until it ends.
-    touched_pairs: Vec<u32>,
+    touched_pairs: Vec<Place>,
     /// What this step did so far.
     pub moves: Moves,
 }
@@ -165,7 +165,7 @@ impl Terms {
             return;
         }
         let log_total = self.log.log2(*total);
-        for view in views_of(*seen) {
+        for view in set_bits(*seen) {
             let term = sign * i64::from(row_areas[view]) * (self.log.log2(row_areas[view]) - log_total);
             self.f[view] += term;
             if is_own {
@@ -175,12 +175,12 @@ impl Terms {
     }
 
     /// Adds `sign` times the pair's contribution to the change of its front leaf.
-    fn add_pair(&mut self, number: u32, Sums { row, total, seen }: Sums, sign: i64) {
-        let (pair, _) = self.pairs.get(number);
+    fn add_pair(&mut self, at: Place, Sums { row, total, seen }: &Sums, sign: i64) {
+        let pair = self.pairs.get(at);
         let local = &mut self.local[pair.front as usize];
         let log_after = self.log.log2(total + pair.total);
-        let log_change = sign * (self.log.log2(total) - log_after);
-        for view in views_of(seen) {
+        let log_change = sign * (self.log.log2(*total) - log_after);
+        for view in set_bits(*seen) {
             local[view] += i64::from(row[view]) * log_change;
         }
         for view in pair.seen_views() {
@@ -190,24 +190,29 @@ impl Terms {
 
     /// Adds the terms of the touched pairs, or removes the pairs that no longer occur.
     fn add_touched_pairs(&mut self, areas: &Areas) {
-        let mut touched_pairs = std::mem::take(&mut self.touched_pairs);
-        for pair in touched_pairs.drain(..) {
-            let (Pair { total, .. }, second) = self.pairs.get(pair);
-            if *total == 0 {
-                self.pairs.remove(pair);
-            } else {
-                self.add_pair(pair, areas.now(second as usize), 1);
+        let mut gone = std::mem::take(&mut self.touched_pairs);
+        gone.retain(|&at| {
+            let occurs = self.pairs.get(at).total > 0;
+            if occurs {
+                self.add_pair(at, &areas.now(at.second as usize), 1);
             }
-        }
-        self.touched_pairs = touched_pairs;
+            !occurs
+        });
+        self.pairs.remove(&mut gone);
+        self.touched_pairs = gone;
     }
 
-    /// Applies a step that changed `areas`.
-    pub fn absorb(&mut self, areas: &Areas, changes: &[&[Change]]) {
+    /// Applies a step that changed `areas` and pruned a leaf, whose own pairs no longer matter.
+    pub fn absorb(&mut self, areas: &Areas, changes: &[&[Change]], pruned: u32) {
         self.moves.step += 1;
+        if self.share.has(pruned) {
+            self.pairs.remove_of_front(self.share.place(pruned));
+        }
         for (view, changes) in changes.iter().enumerate() {
             for change in *changes {
-                self.count_pair(areas, view, change.from, -(change.count as i32));
+                if change.from[0] != pruned {
+                    self.count_pair(areas, view, change.from, -(change.count as i32));
+                }
                 self.count_pair(areas, view, change.to, change.count as i32);
             }
         }
@@ -242,7 +247,7 @@ impl Terms {
             None => {
                 let pair = self.pairs.find_or_insert(front, second);
                 if self.pairs.stamp(pair, self.moves.step) {
-                    self.add_pair(pair, areas.before(second as usize), -1);
+                    self.add_pair(pair, &areas.before(second as usize), -1);
                     self.touched_pairs.push(pair);
                 }
                 self.pairs.add(pair, view, delta);
@@ -263,7 +268,7 @@ impl Terms {
             let log_after = [old.total, new.total].map(|total| self.log.log2(total + pair.total));
             let log_change = [log_before[0] - log_after[0], log_before[1] - log_after[1]];
             let mut movement = 0;
-            for view in views_of(old.seen | new.seen) {
+            for view in set_bits(old.seen | new.seen) {
                 let change = i64::from(new.row[view]) * log_change[1] - i64::from(old.row[view]) * log_change[0];
                 local[view] += change;
                 movement += change.abs();

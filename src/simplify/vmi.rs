@@ -102,7 +102,7 @@ impl Part {
 
     fn absorb(&mut self, areas: &Areas, changes: &[&[Change]], pruned: u32) {
         self.retire(pruned);
-        self.terms.absorb(areas, changes);
+        self.terms.absorb(areas, changes, pruned);
         let mut epoch_holds = true;
         for bottom in areas.changed().filter_map(|row| row.checked_sub(areas.leaves)) {
             if self.background {

@@ -32,7 +32,7 @@ use crate::{
     plant::{MAX_ELEMENTS, MAX_LEAVES, Outline, PlantOf},
 };
 use serde::{Deserialize, Serialize};
-use std::{borrow::Cow, path::Path};
+use std::{borrow::Cow, panic::resume_unwind, path::Path, thread};
 
 /// Tags of sections that a file may lack.
 const SHAPES: Tag = *b"SHAP";
@@ -130,12 +130,18 @@ pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
         bytes: Cow::Owned(texture.bytes.clone()),
     };
     let textures: Vec<PackedTexture<'_>> = model.textures.iter().map(texture).collect();
-    let LeafSections { leaves, vertices, shapes, copied } = LeafSections::encode(model)?;
+    // Wood takes about as long as the leaves.
+    let (leaf_sections, wood) = thread::scope(|scope| {
+        let wood = scope.spawn(|| encode(&PackedWood::encode(&model.wood)));
+        let leaves = LeafSections::encode(model);
+        (leaves, wood.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    });
+    let LeafSections { leaves, vertices, shapes, copied } = leaf_sections?;
     let records = [
         encode(&about)?,
         leaves,
         vertices,
-        encode(&PackedWood::encode(&model.wood))?,
+        wood?,
         encode(&textures)?,
         shapes,
         encode_if(!model.outlines.is_empty(), &model.outlines)?,
