@@ -22,7 +22,9 @@ pub(crate) use cards::{Card, cards, rect};
 pub(crate) use convex::{Point, clipped, crossing, cut, is_convex, turn};
 pub use outline::{MAX_OUTLINES, OUTLINE_CORNERS, Outline};
 pub(crate) use outline::{Outlines, at_level, moved};
-pub use tiles::{Tiles, Tiling};
+pub use tiles::Tiles;
+#[cfg(feature = "software")]
+pub use tiles::Tiling;
 #[cfg(feature = "simplify")]
 pub use trim::TRIM_CORNERS;
 

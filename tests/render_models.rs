@@ -184,9 +184,9 @@ fn a_model_takes_72_bytes_for_each_leaf_that_is_a_quad_and_16_for_each_vertex_of
     let Some(stage) = Stage::new(&[&model]) else { return };
     let [leaves, wood] = stage.foliage.diagnostics().model_bytes;
     println!("{leaves} bytes for 900 leaves, {wood} for {} vertices of wood", model.wood.vertices.len());
-    // The rest are looks, nearly all of them of the wood: 2 bytes for each of its vertices.
+    // The rest are looks, nearly all of them of the wood: 2.5 bytes for each of its vertices.
     let looks = leaves - 72 * 900;
-    assert!(looks < 2 * model.wood.vertices.len() as u64, "{looks}");
+    assert!(2 * looks < 5 * model.wood.vertices.len() as u64, "{looks}");
     assert_eq!(wood, (16 * model.wood.vertices.len() + 4 * model.wood.indices.len()) as u64);
 }
 

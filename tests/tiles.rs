@@ -147,7 +147,7 @@ fn no_leaf_flips_while_leaves_go_one_by_one() {
     let largest = |model: &FoliageModel| {
         let pictures: Vec<Image> =
             (0..120).map(|step| painted(model, Effects::default(), 100.0 - 0.5 * step as f32)).collect();
-        pictures.windows(2).map(|pair| f64::from(difference(&pair[0], &pair[1]).0)).fold(0.0, f64::max)
+        pictures.windows(2).map(|pair| difference(&pair[0], &pair[1]).0).fold(0.0, f64::max)
     };
     let [tiles, scale] = [largest(&model), largest(&scaled(&model))];
     println!("largest change of half a leaf, from 100 to 40 leaves: {tiles:.3} with tiles, {scale:.3} by scale");

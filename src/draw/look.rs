@@ -13,7 +13,6 @@ use crate::{
     Result,
     effects::{Effects, FadeBy},
     error::check_range,
-    model::Growth,
 };
 
 /// Appearance of a renderer's plants.
@@ -64,7 +63,7 @@ impl Look {
 
     /// Whether the mean shaded colour of a model's leaves is needed.
     #[cfg(feature = "software")]
-    pub(crate) fn tones(&self, growth: &Growth) -> bool {
+    pub(crate) fn tones(&self, growth: &crate::model::Growth) -> bool {
         self.effects.contrast.is_some() || self.tone && growth.tone > 0.0
     }
 

@@ -174,7 +174,7 @@ pub struct LookRecord {
     pub uv_size: [f32; 2],
     /// Width and height of the part of the texture that a leaf shows, in texture coordinates.
     pub shown: [f32; 2],
-    /// Lowest texture coordinates of that part.
+    /// Lowest texture coordinates of that part; 0 if `anchor` is -1.
     pub shown_low: [f32; 2],
     /// Point of that part that stays in place where an enlarged leaf repeats it, as a fraction; -1
     /// if it does not.

@@ -204,6 +204,7 @@ mod tests {
         assert!(check_all(&vec![samples::hexagon(); MAX_OUTLINES + 1], 1).is_err());
     }
 
+    #[cfg(feature = "software")]
     #[test]
     fn leaves_find_the_outlines_of_their_cards_alone() {
         let finer = Outline { level: 0, ..samples::hexagon() };

@@ -3,8 +3,9 @@
 //! A card of linear scale s shows a part s x s pictures large of a grid of pictures, so that its
 //! first picture stays where it was. Pictures at the edge of the card are squeezed into what the
 //! card has of them, and widen as it grows: nothing appears suddenly, and the share of the card
-//! that is opaque stays the same. Every second picture is mirrored, along each axis, and every second
-//! column is shifted by half a picture, so that what is open between pictures forms no lines.
+//! that is opaque stays the same. Every second picture is mirrored, along each axis, and every
+//! second column is shifted by half a picture, so that what is open between pictures forms no
+//! lines.
 
 use super::{cards, convex};
 use crate::{
@@ -94,6 +95,7 @@ impl Tiles {
     }
 
     /// What a card of this linear scale shows; `None` if that is one picture.
+    #[cfg(feature = "software")]
     #[must_use]
     pub(crate) fn at(&self, scale: f32) -> Option<Tiling> {
         let axis = |axis: usize, shift| Axis::new(self.low[axis], self.size[axis], self.anchor[axis], scale, shift);
@@ -102,6 +104,7 @@ impl Tiles {
 }
 
 /// The pictures that an enlarged card shows. Twin of `tiled` in `shaders/tiles.wgsl`.
+#[cfg(feature = "software")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tiling {
     u: Axis,
@@ -109,6 +112,7 @@ pub struct Tiling {
     v: [Axis; 2],
 }
 
+#[cfg(feature = "software")]
 impl Tiling {
     /// Texture coordinates that the enlarged card shows where the unscaled one shows `uv`.
     #[inline]
@@ -120,6 +124,7 @@ impl Tiling {
 
 /// Pictures along one axis. Lengths are in pictures, from the lower edge of the first one, which is
 /// number 0.
+#[cfg(feature = "software")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Axis {
     /// Lowest texture coordinate and size of a picture.
@@ -136,6 +141,7 @@ struct Axis {
     over_last: f32,
 }
 
+#[cfg(feature = "software")]
 impl Axis {
     fn new(low: f32, size: f32, anchor: f32, scale: f32, shift: f32) -> Self {
         let edge = anchor - scale * anchor + shift;
@@ -162,7 +168,7 @@ impl Axis {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "software"))]
 mod tests {
     use super::*;
     use crate::{material::AlphaMode, plant::Plant};
@@ -178,7 +184,7 @@ mod tests {
         let corners = turns.iter().flat_map(|turn| {
             [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| {
                 let away = x - 0.25;
-                let position = [0.25 + away * turn.cos(), y, away * turn.sin()];
+                let position = [0.25 + away * libm::cosf(*turn), y, away * libm::sinf(*turn)];
                 Vertex { position, normal: [0.0, 0.0, 1.0], uv: [0.5 + 0.5 * x, 0.75 - 0.5 * y], color: [1.0; 4] }
             })
         });

@@ -42,7 +42,7 @@ pub(super) fn look(
         uv_low: low.to_array(),
         uv_size: (high - low).to_array().map(|size| unit_of_length(size.max(1.0))),
         shown: leaf.uv_size,
-        shown_low: leaf.uv_low,
+        shown_low: if leaf.anchor[0] < 0.0 { [0.0; 2] } else { leaf.uv_low },
         anchor: leaf.anchor,
         outline: NO_EXTRA,
         farther: 0.0,

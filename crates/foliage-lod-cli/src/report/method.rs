@@ -17,17 +17,23 @@ pub struct Method {
 }
 
 enum Kind {
-    /// Prefixes of a model.
-    Prefix(FoliageModel),
+    /// Prefixes of a model, and the tone of their leaves.
+    Prefix(FoliageModel, Option<Toning>),
     /// Prefixes of a random order, with all leaves scaled equally.
-    Stochastic {
-        plant: Stochastic,
-        area: AreaRule,
-        /// Mean shaded colour, if contrast is reduced.
-        mean: Option<[f32; 3]>,
-    },
+    Stochastic { plant: Stochastic, area: AreaRule, toned: Toned },
     /// One plant per level.
     Given(Vec<(f64, Arc<Plant>)>),
+}
+
+/// What moves the shaded colours of equally scaled leaves towards their mean, given here.
+#[derive(Clone, Copy)]
+pub enum Toned {
+    /// Nothing.
+    Not,
+    /// The published contrast reduction.
+    Contrast([f32; 3]),
+    /// Tone by their scale, as of a model's enlarged leaves.
+    Scale([f32; 3], f32),
 }
 
 /// A plant with a subset of its leaves.
@@ -42,20 +48,26 @@ pub enum Reduced<'a> {
 pub struct Sample<'a> {
     /// The plant to draw.
     pub reduced: Reduced<'a>,
-    /// Contrast reduction of its leaves.
+    /// Tone of its leaves.
     pub tone: Option<Toning>,
 }
 
 impl Method {
     /// Prefixes of a model.
     pub fn of_model(name: &str, model: FoliageModel) -> Self {
-        Self { name: name.into(), kind: Kind::Prefix(model) }
+        Self { name: name.into(), kind: Kind::Prefix(model, None) }
     }
 
-    /// Stochastic simplification (Cook et al.): all leaves scaled by the `area` rule. Contrast is
-    /// reduced towards their `mean` shaded colour, if there is one.
-    pub fn stochastic(name: &str, plant: Stochastic, area: AreaRule, mean: Option<[f32; 3]>) -> Self {
-        Self { name: name.into(), kind: Kind::Stochastic { plant, area, mean } }
+    /// Prefixes of a model with its tone, towards the `mean` shaded colour of its leaves.
+    pub fn of_toned_model(name: &str, model: FoliageModel, mean: [f32; 3]) -> Self {
+        let tone = model.growth.tone;
+        let toning = (tone > 0.0).then_some(Toning { mean, kept: 1.0, tone });
+        Self { name: name.into(), kind: Kind::Prefix(model, toning) }
+    }
+
+    /// Stochastic simplification (Cook et al.): all leaves scaled by the `area` rule.
+    pub fn stochastic(name: &str, plant: Stochastic, area: AreaRule, toned: Toned) -> Self {
+        Self { name: name.into(), kind: Kind::Stochastic { plant, area, toned } }
     }
 
     /// Ready-made plants, each with its fraction of the full plant's leaf triangles.
@@ -66,7 +78,7 @@ impl Method {
     /// The model, if the method draws prefixes of one.
     pub fn model(&self) -> Option<&FoliageModel> {
         match &self.kind {
-            Kind::Prefix(model) => Some(model),
+            Kind::Prefix(model, _) => Some(model),
             _ => None,
         }
     }
@@ -88,15 +100,21 @@ impl Method {
     /// ready-made plants, the one with the nearest level.
     pub fn at(&self, level: f64) -> Sample<'_> {
         match &self.kind {
-            Kind::Prefix(model) => Sample { reduced: Reduced::Prefix(model, count(model, level)), tone: None },
-            Kind::Stochastic { plant, area, mean } => {
+            Kind::Prefix(model, tone) => Sample { reduced: Reduced::Prefix(model, count(model, level)), tone: *tone },
+            Kind::Stochastic { plant, area, toned } => {
                 let scale = area.linear_scale(level, plant.visible_share);
                 let whole = scaled_prefix(&plant.model, count(&plant.model, level) as usize, scale as f32);
-                let kept = contrast::kept(lambda::floored(level)) as f32;
-                Sample {
-                    reduced: Reduced::Whole(whole.into()),
-                    tone: mean.map(|mean| Toning { kept, mean, tone: 0.0 }),
-                }
+                let tone = match *toned {
+                    Toned::Not => None,
+                    Toned::Contrast(mean) => {
+                        Some(Toning { mean, kept: contrast::kept(lambda::floored(level)) as f32, tone: 0.0 })
+                    }
+                    Toned::Scale(mean, tone) => {
+                        let kept = Toning { mean, kept: 1.0, tone }.kept_at(scale as f32);
+                        Some(Toning { mean, kept, tone: 0.0 })
+                    }
+                };
+                Sample { reduced: Reduced::Whole(whole.into()), tone }
             }
             Kind::Given(plants) => {
                 let nearest = plants.iter().min_by(|a, b| (a.0 - level).abs().total_cmp(&(b.0 - level).abs()));

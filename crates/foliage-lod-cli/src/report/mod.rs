@@ -20,5 +20,5 @@ pub mod rows;
 pub mod scene_costs;
 pub mod study;
 
-pub use method::Method;
+pub use method::{Method, Toned};
 pub use study::{Study, StudyOptions};

@@ -78,7 +78,7 @@ pub fn measure(
     reset_peak();
     let made = simplify(plant, options, source, observer)?;
     let peak_bytes = peak_bytes();
-    let method = Method::of_model(&options.preset, made.model);
+    let method = Method::of_toned_model(&options.preset, made.model, study.mean_shaded()?);
     let row = OfflineRow {
         plant: plant.name.clone(),
         preset: options.preset.clone(),

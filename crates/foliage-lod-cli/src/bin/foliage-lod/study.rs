@@ -9,16 +9,17 @@ use crate::{
     scene, scene_study,
 };
 use foliage_lod::{
-    Error, Plant, Result,
+    Error, FoliageModel, Plant, Result,
     file::{check_writable, write_whole},
     gpu::{GpuDevice, GpuOptions, guarded},
     grow::{GrowOptions, Species, grow},
     import::{self, ImportOptions},
+    model::Growth,
     simplify::CpuFragments,
     stochastic::{AreaRule, Stochastic, shuffled},
 };
 use foliage_lod_cli::report::{
-    Method, Study, StudyOptions,
+    Method, Study, StudyOptions, Toned,
     far::{self, FarRow},
     offline::{self, OfflineRow},
     page::{self, PlantReport, SceneReport},
@@ -105,7 +106,8 @@ fn study(
         }
     }
     let presets = methods.len();
-    methods.extend(spinning("shuffling", || peers(plant, args, options, &study))?);
+    let peers = spinning("shuffling", || peers(plant, args, options, &study, &methods))?;
+    methods.extend(peers);
     let (mut rows, mut shown, mut pops) = (Vec::new(), Vec::new(), Vec::new());
     for (number, method) in methods.iter().enumerate() {
         let of_method = spinning(&format!("measuring {}", method.name), || study.rows(method, gpu))?;
@@ -138,15 +140,40 @@ fn far_rows(plant: &Plant, gpu: Option<&GpuDevice>) -> Result<Vec<FarRow>> {
 }
 
 /// Methods that the presets are compared with; the `--against` chain comes last.
-fn peers(plant: &Plant, args: &args::Report, options: &StudyOptions, study: &Study<'_>) -> Result<Vec<Method>> {
+fn peers(
+    plant: &Plant,
+    args: &args::Report,
+    options: &StudyOptions,
+    study: &Study<'_>,
+    presets: &[Method],
+) -> Result<Vec<Method>> {
+    let mean = study.mean_shaded()?;
+    let toned = presets.iter().filter_map(Method::model).find(|model| model.growth.tone > 0.0);
     let stochastic = Stochastic::new(plant, SEED, &mut CpuFragments::new())?;
-    let cook = |name, area, mean| Method::stochastic(name, stochastic.clone(), area, mean);
+    let cook = |name, area, toned| Method::stochastic(name, stochastic.clone(), area, toned);
     let mut methods = vec![
         Method::of_model("random", shuffled(plant, SEED)?),
-        cook("cook", AreaRule::Visible, Some(study.mean_shaded()?)),
-        cook("cook, no contrast", AreaRule::Visible, None),
-        cook("gomez, linear 1/lambda", AreaRule::Linear, None),
+        cook("cook", AreaRule::Visible, Toned::Contrast(mean)),
+        cook("cook, no contrast", AreaRule::Visible, Toned::Not),
+        cook("gomez, linear 1/lambda", AreaRule::Linear, Toned::Not),
     ];
+    // The same tone for other methods, and none for ours.
+    if let Some(model) = toned.filter(|_| !args.brief) {
+        let tone = model.growth.tone;
+        methods.push(cook("cook, tone", AreaRule::Visible, Toned::Scale(mean, tone)));
+        for preset in presets {
+            let Some(model) = preset.model() else { continue };
+            let (name, growth) = (&preset.name, model.growth);
+            let other = match growth.tone > 0.0 {
+                true => Method::of_model(&format!("{name}, no tone"), model.clone()),
+                false => {
+                    let growth = Growth { tone, ..growth };
+                    Method::of_toned_model(&format!("{name}, tone"), FoliageModel { growth, ..model.clone() }, mean)
+                }
+            };
+            methods.push(other);
+        }
+    }
     #[cfg(feature = "peers")]
     methods.extend(foliage_lod_cli::report::peers::meshoptimizer(plant, &options.levels));
     #[cfg(not(feature = "peers"))]
