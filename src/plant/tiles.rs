@@ -134,9 +134,10 @@ struct Axis {
     per_uv: f32,
     /// Lower edge of the card.
     edge: f32,
-    /// Number of the lowest and of the highest picture, and one over the part that shows of each.
+    /// Number of the lowest picture, how many follow, and one over the part that shows of the
+    /// lowest and of the highest.
     first: f32,
-    last: f32,
+    more: i32,
     over_first: f32,
     over_last: f32,
 }
@@ -148,22 +149,22 @@ impl Axis {
         let end = edge + scale;
         let (first, last) = (edge.floor(), end.ceil() - 1.0);
         let [over_first, over_last] = [first + 1.0 - edge, end - last].map(|part| 1.0 / part.max(1e-6));
-        Self { low, size, per_uv: scale / size, edge, first, last, over_first, over_last }
+        Self { low, size, per_uv: scale / size, edge, first, more: (last - first) as i32, over_first, over_last }
     }
 
     /// The texture coordinate that is shown, and whether the picture's number is odd.
     fn shown(&self, uv: f32) -> (f32, bool) {
         let at = self.edge + (uv - self.low) * self.per_uv;
-        let picture = at.floor().max(self.first).min(self.last);
-        let place = if picture == self.first {
+        // Rounding towards 0 is one instruction on any machine.
+        let index = ((at - self.first) as i32).max(0).min(self.more);
+        let place = if index == 0 {
             (at - self.edge) * self.over_first
-        } else if picture == self.last {
-            (at - picture) * self.over_last
         } else {
-            at - picture
+            let place = at - (self.first + index as f32);
+            if index == self.more { place * self.over_last } else { place }
         };
         let place = place.clamp(0.0, 1.0);
-        let is_odd = picture as i32 & 1 == 1;
+        let is_odd = (self.first as i32 + index) & 1 == 1;
         (self.low + self.size * if is_odd { 1.0 - place } else { place }, is_odd)
     }
 }

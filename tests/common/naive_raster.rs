@@ -71,7 +71,7 @@ fn tiled(coordinate: f32, pivot: f32, scale: f32, shift: f32) -> (f32, f32) {
     let from = pivot - scale * pivot + shift;
     let to = from + scale;
     let at = from + coordinate * scale;
-    let picture = at.floor().max(from.floor()).min(to.ceil() - 1.0);
+    let picture = (from.floor() + (at - from.floor()).trunc().max(0.0)).min(to.ceil() - 1.0);
     let [start, end] = [picture.max(from), (picture + 1.0).min(to)];
     let inside = if end - start == 1.0 { at - start } else { (at - start) * (1.0 / (end - start)) };
     let inside = inside.clamp(0.0, 1.0);
