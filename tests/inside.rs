@@ -82,7 +82,7 @@ fn grown(species: &str, leaves: u32) -> Plant {
 }
 
 #[test]
-fn with_an_intrinsic_cost_a_dense_crown_is_less_hollow_inside() {
+fn a_high_intrinsic_cost_brings_an_oak_with_30_percent_of_its_leaves_closer_to_all_from_within() {
     let plant = grown("english-oak", 1500);
     let options = |intrinsic| SimplifyOptions { resolution: 64, intrinsic, ..SimplifyOptions::fast() };
     let inside = Inside::new(&plant);

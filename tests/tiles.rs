@@ -4,12 +4,11 @@
 
 mod common;
 
-use common::gpu::{difference, gpu};
+use common::{gpu::difference, stage::Stage};
 use foliage_lod::{
-    FoliageModel, FoliageRenderer, Frame, Instance, Look, LookAt, Swap, Timeline,
-    draw::{ModelId, Variant},
+    FoliageModel, Frame, Instance, Look, LookAt, Swap, Timeline,
+    draw::Variant,
     effects::{Effects, Fade, FadeBy, Shadow, Wind},
-    gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
     model::{Growth, Transition},
     simplify::{CpuFragments, GrowBy, Quiet, Simplified, SimplifyOptions, simplify},
@@ -39,34 +38,14 @@ fn frame(model: &FoliageModel) -> Frame {
     Frame::new(&LookAt::framing(&model.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.8, 1.0).camera(SIZE[1])).at(3.0)
 }
 
+fn stage(model: &FoliageModel, effects: Effects) -> Option<Stage> {
+    Stage::new(model, Look { effects, ..Look::default() }, frame(model), SIZE)
+}
+
 fn painted(model: &FoliageModel, effects: Effects, active: f32) -> Image {
     let mut foliage = SoftwareRenderer::new(Look { effects, ..Look::default() }).unwrap();
     let id = foliage.add_model(model).unwrap();
     foliage.draw(frame(model), &[Instance::new(id, DAffine3::IDENTITY, active)], SIZE).unwrap().image
-}
-
-struct Stage {
-    gpu: GpuDevice,
-    target: Offscreen,
-    foliage: FoliageRenderer,
-    id: ModelId,
-    frame: Frame,
-}
-
-impl Stage {
-    fn new(model: &FoliageModel, effects: Effects) -> Option<Self> {
-        let gpu = gpu()?;
-        let target = Offscreen::new(&gpu, SIZE).unwrap();
-        let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, Look { effects, ..Look::default() }).unwrap();
-        let id = foliage.add_model(gpu.device(), gpu.queue(), model).unwrap();
-        Some(Self { gpu, target, foliage, id, frame: frame(model) })
-    }
-
-    fn draw(&mut self, active: f32) -> Image {
-        let instance = Instance::new(self.id, DAffine3::IDENTITY, active);
-        self.foliage.prepare(self.gpu.device(), self.gpu.queue(), self.frame, &[instance]).unwrap();
-        self.target.picture(&self.foliage).unwrap()
-    }
 }
 
 #[test]
@@ -97,8 +76,8 @@ fn tiles_are_kept_in_the_file_and_swaps_and_timelines_agree() {
 #[test]
 fn the_gpu_repeats_pictures_as_the_cpu_does() {
     let model = oak();
-    let Some(mut tiled) = Stage::new(&model, Effects::default()) else { return };
-    let mut plain = Stage::new(&scaled(&model), Effects::default()).unwrap();
+    let Some(mut tiled) = stage(&model, Effects::default()) else { return };
+    let mut plain = stage(&scaled(&model), Effects::default()).unwrap();
     let full = tiled.draw(1500.0);
     assert!(full == plain.draw(1500.0), "every leaf");
     // Pictures of unscaled leaves.
@@ -129,16 +108,16 @@ fn tiles_go_with_wind_fades_and_shadows() {
         wind: Some(Wind::default()),
         ..Effects::default()
     };
-    let Some(mut stage) = Stage::new(&model, effects) else { return };
-    let (mean, percentile) = difference(&stage.draw(120.5), &painted(&model, effects, 120.5));
+    let Some(mut moving) = stage(&model, effects) else { return };
+    let (mean, percentile) = difference(&moving.draw(120.5), &painted(&model, effects, 120.5));
     let scaled = scaled(&model);
-    let by_scale = Stage::new(&scaled, effects).unwrap().draw(120.5);
+    let by_scale = stage(&scaled, effects).unwrap().draw(120.5);
     let (mean_by_scale, _) = difference(&by_scale, &painted(&scaled, effects, 120.5));
     println!("in the wind: CPU differs by {mean:.2}, by scale by {mean_by_scale:.2}");
     assert!(mean < 1.4 * mean_by_scale && percentile < 48, "{mean} {percentile}");
     let shadow = Effects { shadow: Some(Shadow { lod: 0.3, ..Shadow::default() }), ..Effects::default() };
-    let lit = Stage::new(&model, Effects::default()).unwrap().draw(120.0);
-    assert!(difference(&Stage::new(&model, shadow).unwrap().draw(120.0), &lit).0 > 0.3);
+    let lit = stage(&model, Effects::default()).unwrap().draw(120.0);
+    assert!(difference(&stage(&model, shadow).unwrap().draw(120.0), &lit).0 > 0.3);
 }
 
 #[test]

@@ -4,12 +4,11 @@
 
 mod common;
 
-use common::gpu::{difference, gpu};
+use common::{gpu::difference, stage::Stage};
 use foliage_lod::{
-    FoliageModel, FoliageRenderer, Frame, Instance, Look, LookAt,
-    draw::{ModelId, Variant},
+    FoliageModel, Frame, Instance, Look, LookAt,
+    draw::Variant,
     effects::{Contrast, Effects},
-    gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
     measure::Reference,
     model::Growth,
@@ -37,35 +36,14 @@ fn frame(model: &FoliageModel) -> Frame {
     Frame::new(&LookAt::framing(&model.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.8, 1.0).camera(SIZE[1]))
 }
 
+fn stage(model: &FoliageModel, look: Look) -> Option<Stage> {
+    Stage::new(model, look, frame(model), SIZE)
+}
+
 fn painted(model: &FoliageModel, look: Look, active: f32) -> Image {
     let mut foliage = SoftwareRenderer::new(look).unwrap();
     let id = foliage.add_model(model).unwrap();
     foliage.draw(frame(model), &[Instance::new(id, DAffine3::IDENTITY, active)], SIZE).unwrap().image
-}
-
-/// A renderer with a model.
-struct Stage {
-    gpu: GpuDevice,
-    target: Offscreen,
-    foliage: FoliageRenderer,
-    id: ModelId,
-    frame: Frame,
-}
-
-impl Stage {
-    fn new(model: &FoliageModel, look: Look) -> Option<Self> {
-        let gpu = gpu()?;
-        let target = Offscreen::new(&gpu, SIZE).unwrap();
-        let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, look).unwrap();
-        let id = foliage.add_model(gpu.device(), gpu.queue(), model).unwrap();
-        Some(Self { gpu, target, foliage, id, frame: frame(model) })
-    }
-
-    fn draw(&mut self, active: f32) -> Image {
-        let instance = Instance::new(self.id, DAffine3::IDENTITY, active);
-        self.foliage.prepare(self.gpu.device(), self.gpu.queue(), self.frame, &[instance]).unwrap();
-        self.target.picture(&self.foliage).unwrap()
-    }
 }
 
 #[test]
@@ -94,8 +72,8 @@ fn without_tone_every_pixel_is_that_of_plain_scaling() {
         assert!(painted(&model, off, active) == painted(&plain, Look::default(), active), "{active}");
     }
     assert!(painted(&model, Look::default(), 900.0) == painted(&plain, Look::default(), 900.0));
-    let Some(mut toned) = Stage::new(&model, off) else { return };
-    let mut untoned = Stage::new(&plain, Look::default()).unwrap();
+    let Some(mut toned) = stage(&model, off) else { return };
+    let mut untoned = stage(&plain, Look::default()).unwrap();
     for active in [900.0, 300.0, 20.0] {
         assert!(toned.draw(active) == untoned.draw(active), "{active}");
     }
@@ -109,11 +87,11 @@ fn without_tone_every_pixel_is_that_of_plain_scaling() {
 fn the_gpu_tones_as_the_cpu_does_and_contrast_gives_way() {
     let (model, _) = birch();
     let model = FoliageModel { growth: Growth { tone: 0.5, tiles: false }, ..model };
-    let Some(mut toned) = Stage::new(&model, Look::default()) else { return };
-    let mut plain = Stage::new(&without_tone(&model), Look::default()).unwrap();
+    let Some(mut toned) = stage(&model, Look::default()) else { return };
+    let mut plain = stage(&without_tone(&model), Look::default()).unwrap();
     let contrast =
         Look { effects: Effects { contrast: Some(Contrast::default()), ..Effects::default() }, ..Look::default() };
-    let mut both = Stage::new(&model, contrast).unwrap();
+    let mut both = stage(&model, contrast).unwrap();
     for active in [300.0, 60.0] {
         let with = toned.draw(active);
         let (shown, _) = difference(&with, &plain.draw(active));

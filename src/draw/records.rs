@@ -286,7 +286,9 @@ pub struct CrownRecord {
     pub inverse_half_size: [f32; 3],
     /// Tone of enlarged leaves; see [`Growth::tone`](crate::model::Growth::tone).
     pub tone: f32,
-    /// Mean shaded colour of the leaves, linear, if `tone` is above 0.
+    /// Mean shaded colour of the leaves, linear. It depends on the light: an
+    /// [`Upload`](super::Upload) leaves it 0, and shaders with [`Variant::tone`](super::Variant)
+    /// need it.
     pub mean: [f32; 3],
     /// Padding to a multiple of 16 bytes.
     pub end: f32,

@@ -162,15 +162,18 @@ fn leaf_records(model: &FoliageModel, center: DVec3) -> (Vec<LeafRecord>, Vec<Ev
     let timeline = Timeline::new(model);
     let seeds = seeds(&model.vertices, &model.indices, model.leaves.iter().map(|leaf| leaf.indices));
     let leaves = model.leaves.iter().zip(timeline.starts().windows(2)).zip(seeds);
-    let leaves = leaves.map(|((leaf, events), seed)| LeafRecord {
-        pivot: local(leaf.pivot, center),
-        material: leaf.material,
-        first_event: events[0],
-        end_event: events[1],
-        uv_low: uv_range(model, leaf)[0],
-        uv_size: uv_range(model, leaf)[1],
-        anchor: model.tiles(leaf).map_or([-1.0; 2], |tiles| tiles.anchor),
-        seed,
+    let leaves = leaves.map(|((leaf, events), seed)| {
+        let [uv_low, uv_size] = uv_range(model, leaf);
+        LeafRecord {
+            pivot: local(leaf.pivot, center),
+            material: leaf.material,
+            first_event: events[0],
+            end_event: events[1],
+            uv_low,
+            uv_size,
+            anchor: model.tiles(leaf).map_or([-1.0; 2], |tiles| tiles.anchor),
+            seed,
+        }
     });
     let events = timeline.events().iter().zip(timeline.scales()).map(|(&leaf, &scale)| Event { leaf, scale });
     (leaves.collect(), events.collect())

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 /// How enlarged leaves are drawn. The default is plain scaling.
 ///
-/// Source: tone after the observation of Cook et al., section 4.3, that fewer, larger leaves vary
-/// more than many small ones; here by each leaf's own scale.
+/// Tone applies the contrast reduction of Cook et al. (see
+/// [`stochastic::contrast`](crate::stochastic::contrast)) to each leaf by its own scale.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Growth {
     /// Tone: a leaf of linear scale s > 1 keeps s^(-2 tone) of its shaded colour's distance from

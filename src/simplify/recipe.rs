@@ -7,6 +7,7 @@ use super::{
     criterion::{Criterion, ImageLoss, VisibleArea},
     enlarge::Enlarger,
     fragments::FragmentSource,
+    growth,
     intrinsic::Intrinsic,
     layers::Layers,
     masks::Masks,
@@ -17,7 +18,6 @@ use super::{
     prune::{Pruner, count_areas},
     scene::Scene,
     shapes::Shapes,
-    tone,
     views::ViewSet,
     vmi::Vmi,
 };
@@ -108,7 +108,7 @@ pub fn simplify(
     let mut model = FoliageModel::assemble(&plant, &prunes, recipe)?;
     model.growth.tiles = tiles;
     if options.tone {
-        model.growth.tone = tone::of_layers(leaf_layers);
+        model.growth.tone = growth::tone(leaf_layers);
     }
     Ok(Simplified { model, fragments, leaf_layers, seconds })
 }
@@ -235,7 +235,7 @@ impl Work<'_> {
             let of_leaves = fronts.iter().flatten().filter(|&&front| front < background).count();
             let covered: u64 = enlarger.covered.iter().map(|&pixels| u64::from(pixels)).sum();
             done.leaf_layers = covered as f64 / of_leaves.max(1) as f64;
-            done.tiles = tone::tiles(self.options.grow_by, done.leaf_layers, self.shapes.tiled(&self.masks.masks));
+            done.tiles = growth::tiles(self.options.grow_by, done.leaf_layers, self.shapes.tiled(&self.masks.masks));
         }
         let open = fronts.iter().flatten().filter(|&&front| front == background).count();
         let price = Price::new(pixels, open as u64);

@@ -7,5 +7,7 @@ pub mod models;
 pub mod naive;
 mod naive_raster;
 pub mod plants;
+#[cfg(feature = "render")]
+pub mod stage;
 pub mod version1;
 pub mod version2;

@@ -287,6 +287,8 @@ fn model_json(file: &ModelFile) -> Value {
         "bounds": bounds_json(model.aabb(), model.sphere()),
         "enlarged_bounds": bounds_json(model.enlarged_aabb(), model.enlarged_sphere()),
         "max_scale": model.max_scale,
+        "tone": model.growth.tone,
+        "tiles": model.growth.tiles,
         "version": file.version,
         "bytes": bytes_by(&file.parts),
         "skipped": bytes_by(&file.skipped),

@@ -13,7 +13,7 @@ use foliage_lod::{
     import::{self, ImportOptions, Imported},
     measure::{Reached, Target},
     plant::TRIM_CORNERS,
-    simplify::Simplified,
+    simplify::{GrowBy, Simplified},
 };
 use foliage_lod_cli::report::offline::peak_bytes;
 use indicatif::{DecimalBytes, HumanCount};
@@ -42,6 +42,12 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     }
     let (Simplified { mut model, fragments, seconds, leaf_layers }, rasteriser) =
         simplified(args.raster, &plant, &options)?;
+    if options.grow_by == GrowBy::Tile && !model.growth.tiles {
+        complain(
+            "warning: leaves grow by scale, since none is cut out by alpha and fills a rectangle of its texture; \
+             --growth scale does the same without a warning",
+        );
+    }
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", HumanCount(fragments)))?;
     if !args.exact {
