@@ -74,7 +74,7 @@ fn drawn_corner(corner_in_run: u32, item: vec2<u32>) -> Drawn {
     let instance = instances[item.x];
     let of_leaf = leaf_of(quad);
     let number = of_leaf.x;
-    if number >= instance.drawn {
+    if number >= leaves_drawn(instance) {
         return Drawn();
     }
     let leaf = leaves[number];
@@ -167,6 +167,9 @@ fn leaf_tint(number: u32, leaf: LeafRecord, corner: u32, look: Look) -> vec3<f32
             let order = f32(number) / f32(arrayLength(&leaves) - 1u);
             return mix(vec3(0.02, 0.1, 0.6), vec3(1.0, 0.5, 0.02), order);
         }
+        case COLORING_PARTS: {
+            return vec3(0.05, 0.4, 0.05);
+        }
         default: {
             var root = unpack4x8unorm(leaf.color_look).rgb;
             if packing.first_color != NO_EXTRA {
@@ -186,12 +189,12 @@ fn drawn_scale(leaf: u32, first_event: u32, end_event: u32, instance: Instance) 
     var low = event_at(first_event, end_event, instance.first_partial);
     // A leaf that fades by alpha keeps its size.
     let own = select(presence(leaf, instance), 1.0, FADES_BY_ALPHA);
-    let is_still = low >= end_event || events[low].leaf >= instance.drawn;
+    let is_still = low >= end_event || events[low].leaf >= leaves_drawn(instance);
     if is_still && own == 1.0 {
         return scale_of(low, end_event);
     }
     var area = 0.0;
-    while low < end_event && events[low].leaf < instance.drawn {
+    while low < end_event && events[low].leaf < leaves_drawn(instance) {
         let gone = 1.0 - presence(events[low].leaf, instance);
         area += gone * (pow2(scale_of(low, end_event)) - pow2(scale_of(low + 1u, end_event)));
         low += 1u;

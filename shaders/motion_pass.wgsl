@@ -27,7 +27,8 @@ fn moving(now: Surface, before: Surface) -> Moving {
 fn motion(moving: Moving) -> @location(0) vec2<f32> {
     // A leaf that fades by alpha is drawn if at least half present.
     let is_open = is_hole(materials[moving.material], moving.uv, moving.rect, moving.enlarged, moving.seed);
-    if is_open || fade_share(moving.leaf, moving.instance) < 0.5 {
+    let is_far = (kept_samples(moving.clip.xy, moving.instance) & 1u) == 0u;
+    if is_open || is_far || fade_share(moving.leaf, moving.instance) < 0.5 {
         discard;
     }
     if moving.before.z <= 0.0 {

@@ -3,7 +3,8 @@
 
 @fragment
 fn cast_shadow(surface: Surface) {
-    if is_hole(materials[surface.material], surface.uv, surface.rect, surface.enlarged, surface.seed) {
+    let is_open = is_hole(materials[surface.material], surface.uv, surface.rect, surface.enlarged, surface.seed);
+    if is_open || (kept_samples(surface.clip.xy, surface.instance) & 1u) == 0u {
         discard;
     }
 }

@@ -36,7 +36,8 @@ struct Instance {
     first_scale: u32,
     // The first leaf that may be only partly present.
     first_partial: u32,
-    // Number of leaves to draw.
+    // Number of leaves to draw; within the hand-over LEAF_BITS of it, and above them the share of
+    // the impostor.
     drawn: u32,
     // Least width of a drawn stem, in local space.
     stem_width: f32,
@@ -134,7 +135,7 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     if is_leaf {
         coverage *= fade_share(surface.leaf, surface.instance);
     }
-    let samples = covered_samples(coverage, dither, surface.seed);
+    let samples = covered_samples(coverage, dither, surface.seed) & kept_samples(surface.clip.xy, surface.instance);
     if samples == 0u {
         discard;
     }
@@ -202,6 +203,18 @@ fn covered_samples(coverage: f32, dither: f32, seed: u32) -> u32 {
     let first = (seed >> 16u) % SAMPLES;
     let run = (1u << min(count, SAMPLES)) - 1u;
     return (run << first) | (run >> (SAMPLES - first));
+}
+
+// Share of a plant's samples that its impostor takes.
+fn far_share(instance: Instance) -> f32 {
+    return f32(instance.drawn >> LEAF_BITS) / WHOLE_SHARE;
+}
+
+// Samples of a pixel that belong to the impostor, of a plant that leaves it this share.
+fn far_samples(pixel: vec2<f32>, share: f32) -> u32 {
+    let cell = vec2<i32>(floor(pixel));
+    let turn = u32(hash(vec3(cell, 1)) * f32(SAMPLES)) << 16u;
+    return covered_samples(share, hash(vec3(cell, 0)), turn);
 }
 
 // Whether the surface is transparent here, for passes with one sample per pixel.

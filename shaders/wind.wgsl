@@ -24,6 +24,13 @@ fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> {
     return rest + sway_offset(rest, sways[instance]);
 }
 
+// Upper bound on the length of a displacement.
+fn sway_reach(instance: u32) -> f32 {
+    let sway = sways[instance];
+    let lowered = BEND_DESCENT * dot(sway.bend, sway.bend) / sway.height;
+    return length(vec2(length(sway.bend), lowered)) + abs(sway.branches) * length(vec2(1.0, BRANCH_LIFT));
+}
+
 fn moved_leaf(pivot: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, leaf: u32, instance: u32) -> Moved {
     let sway = sways[instance];
     let mixed = leaf * HASH_MULTIPLIER;

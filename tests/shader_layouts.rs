@@ -7,8 +7,8 @@ use foliage_lod::{
     draw::{
         Variant,
         records::{
-            CrownRecord, Event, FrameRecord, InstanceRecord, LandscapeRecord, LookRecord, MaterialRecord, MotionRays,
-            PackedCorner, PackedLeaf, PackingRecord, Tone, bindings,
+            CrownRecord, Event, FrameRecord, ImpostorRecord, InstanceRecord, LandscapeRecord, LookRecord,
+            MaterialRecord, MotionRays, PackedCorner, PackedLeaf, PackingRecord, Tone, bindings,
         },
         shaders,
     },
@@ -101,7 +101,7 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
         assert_layout!(&module, CrownRecord, "Crown", [center_local, inverse_half_size, tone, mean]);
         assert_layout!(&module, MaterialRecord, "Material", [base_color, cutoff, layer, wrap, is_two_sided]);
     }
-    let all = Variant { wind: true, contrast: true, tone: false, tiles: true, alpha: true };
+    let all = Variant { wind: true, contrast: true, tone: false, tiles: true, alpha: true, handover: true };
     let module = parsed(&shaders::leaf_pass(&look, all));
     assert_layout!(&module, Tone, "Tone", [mean, kept]);
     assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, phases, flutter]);
@@ -113,6 +113,20 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
         effects: Effects { shadow: Some(Shadow::default()), sky: Some(Sky::default()), ..Effects::default() },
         ..look
     };
+    for wind in [false, true] {
+        let variant = Variant { wind, ..Variant::default() };
+        for look in [look, shadowed] {
+            let module = parsed(&shaders::impostor_pass(&look, variant));
+            assert_layout!(
+                &module,
+                ImpostorRecord,
+                "Impostor",
+                [center, half_side, radius, texels, across, is_whole_sphere]
+            );
+            parsed(&shaders::impostor_shadow(&look, variant));
+            parsed(&shaders::impostor_motion(&look, variant));
+        }
+    }
     for variant in Variant::all() {
         parsed(&shaders::leaf_pass(&shadowed, variant));
         parsed(&shaders::leaf_shadow(&look, variant));
@@ -150,6 +164,10 @@ fn every_binding_has_the_number_that_rust_gives_it() {
         ("events", MODEL, EVENTS),
         ("looks", MODEL, LOOKS),
         ("extras", MODEL, EXTRAS),
+        ("impostor", MODEL, IMPOSTOR),
+        ("colors", MODEL, COLORS),
+        ("surfaces", MODEL, SURFACES),
+        ("clamping", MODEL, CLAMPING),
         ("instances", FRAME, INSTANCES),
         ("scales", FRAME, SCALES),
         ("frame", FRAME, SHARED),
@@ -162,7 +180,7 @@ fn every_binding_has_the_number_that_rust_gives_it() {
     let look = Look { effects, ..Look::default() };
     let mut seen = std::collections::HashSet::new();
     for variant in Variant::all() {
-        for wgsl in [shaders::leaf_pass(&look, variant), shaders::wood_pass(&look, variant)] {
+        for wgsl in [shaders::leaf_pass, shaders::wood_pass, shaders::impostor_pass].map(|wgsl| wgsl(&look, variant)) {
             for (_, global) in parsed(&wgsl).global_variables.iter() {
                 let (Some(name), Some(binding)) = (&global.name, &global.binding) else { continue };
                 let known = expected.iter().find(|(known, ..)| known == name);

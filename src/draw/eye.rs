@@ -15,7 +15,7 @@ use glam::{DAffine3, DMat4, DVec2, DVec3, Mat4, Vec2};
 /// Camera of a frame list: the frame's own camera or the sun's.
 #[derive(Debug, Clone)]
 pub struct Eye {
-    /// Position of the frame's eye, from which the leaves are lit.
+    /// Position of the eye, from which the leaves are lit and impostors are seen.
     at: DVec3,
     camera: Camera,
     /// Half of the picture's width and height.
@@ -62,7 +62,7 @@ impl Eye {
 
     /// The sun's camera, at the time of `frame`.
     pub fn of_sun(frame: &Frame, sun: Camera) -> Self {
-        Self { at: frame.camera.eye, ..Self::new(&Frame { camera: sun, jitter_px: [0.0; 2], ..*frame }) }
+        Self::new(&Frame { camera: sun, jitter_px: [0.0; 2], ..*frame })
     }
 
     /// Depth convention of the camera.
@@ -88,6 +88,13 @@ impl Eye {
             jitter: self.jitter.as_vec2().to_array(),
             half_size_px: self.half_size_px.to_array(),
         }
+    }
+
+    /// Diameter in pixels of what a plant's impostor shows; infinite without an impostor.
+    pub(super) fn diameter_px(&self, model: &ModelFacts, instance: &Instance) -> f32 {
+        let Some((center, radius)) = model.impostor else { return f32::INFINITY };
+        let scale = largest_scale(&instance.world_from_plant);
+        self.camera.diameter_px(instance.world_from_plant.transform_point3(center), radius * scale)
     }
 
     /// Where a plant is, and how large it is on screen; `None` if its transform cannot be drawn.

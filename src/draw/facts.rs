@@ -40,6 +40,9 @@ pub struct ModelFacts {
     pub(super) has_tone: bool,
     /// Whether enlarged leaves repeat their pictures.
     pub(super) has_tiles: bool,
+    /// Centre, in plant space, and radius of what the model's impostor shows; `None` if it has
+    /// none.
+    pub(super) impostor: Option<(DVec3, f64)>,
 }
 
 impl ModelFacts {
@@ -71,6 +74,10 @@ impl ModelFacts {
             mean,
             has_tone: model.growth.tone > 0.0,
             has_tiles: model.growth.tiles,
+            impostor: model
+                .impostor
+                .as_ref()
+                .map(|impostor| (Vec3::from(impostor.center).as_dvec3(), f64::from(impostor.radius()))),
         }
     }
 }

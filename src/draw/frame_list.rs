@@ -4,9 +4,11 @@
 use super::{
     eye::Eye,
     facts::{Facts, ModelFacts},
+    handover,
     instance::{Instance, ModelId, Prepared},
     look::{Look, Variant},
     records::{FrameRecord, InstanceRecord, RUN_QUADS, Run, Tone, runs},
+    sprite::DEEP_FROM_PX,
 };
 use crate::effects::{
     Counts,
@@ -44,6 +46,19 @@ pub struct WoodDraw {
     pub corners: u32,
 }
 
+/// Plants of one model whose impostors are drawn alike.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImpostorDraw {
+    /// The model.
+    pub model: ModelId,
+    /// The shaders that they need; only the wind counts.
+    pub variant: Variant,
+    /// Whether the depth of the pictures is followed.
+    pub is_deep: bool,
+    /// Records of the plants.
+    pub instances: Range<u32>,
+}
+
 /// A plant to draw, with its position in the drawing order.
 #[derive(Debug, Clone, Copy)]
 struct Listed {
@@ -57,28 +72,43 @@ struct Listed {
 
 /// Bits of a sorting key below the model, the variant and the trimming.
 const CUT_BITS: u32 = 27;
+/// Bits of a sorting key below the model.
+const MODEL_BIT: u32 = CUT_BITS + 8;
 
-/// Key by which plants are sorted: first by model, variant and trimming, which the leaves' draws
+/// What a plant is drawn with.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Parts {
+    variant: Variant,
+    /// Whether leaves are drawn within their outlines.
+    is_trimmed: bool,
+    /// Whether there are no leaves and no wood, but the impostor alone.
+    is_impostor: bool,
+    /// Whether the depth of the impostor's pictures is followed.
+    is_deep: bool,
+    /// Number of the wood's cut.
+    cut: u32,
+}
+
+/// Key by which plants are sorted: first by model and by what the leaves' and the impostors' draws
 /// depend on, then by the number of the wood's cut.
-fn key(model: ModelId, variant: Variant, is_trimmed: bool, cut: u32) -> u64 {
+fn key(model: ModelId, parts: Parts) -> u64 {
+    let Parts { variant: Variant { wind, contrast, tone, tiles, handover, .. }, is_trimmed, .. } = parts;
+    let bits = [is_trimmed, tiles, tone, contrast, wind, handover, parts.is_impostor, parts.is_deep];
+    let bits = (CUT_BITS..).zip(bits).fold(0, |bits, (at, bit)| bits | u64::from(bit) << at);
     // The lower half of a model's key is its index among the models that exist.
-    let model = model.data().as_ffi() << 32;
-    let bits = [variant.tiles, variant.tone, variant.contrast, variant.wind];
-    let variant = (0..).zip(bits).fold(0, |bits, (at, bit)| bits | u64::from(bit) << at);
-    model | variant << (CUT_BITS + 1) | u64::from(is_trimmed) << CUT_BITS | u64::from(cut)
+    (model.data().as_ffi() & u64::from(u32::MAX)) << MODEL_BIT | bits | u64::from(parts.cut)
 }
 
-fn variant_of(key: u64) -> Variant {
-    let [tiles, tone, contrast, wind] = [1, 2, 3, 4].map(|bit| key >> (CUT_BITS + bit) & 1 == 1);
-    Variant { wind, contrast, tone, tiles, alpha: false }
-}
-
-fn is_trimmed(key: u64) -> bool {
-    key >> CUT_BITS & 1 == 1
-}
-
-fn cut_of(key: u64) -> u32 {
-    (key & ((1 << CUT_BITS) - 1)) as u32
+fn parts_of(key: u64) -> Parts {
+    let bit = |at: u32| key >> (CUT_BITS + at) & 1 == 1;
+    let [tiles, tone, contrast, wind, handover] = [1, 2, 3, 4, 5].map(bit);
+    Parts {
+        variant: Variant { wind, contrast, tone, tiles, alpha: false, handover },
+        is_trimmed: bit(0),
+        is_impostor: bit(6),
+        is_deep: bit(7),
+        cut: (key & ((1 << CUT_BITS) - 1)) as u32,
+    }
 }
 
 /// Sorts plants by key, keeping the order of those with the same key: byte by byte, leaving out the
@@ -112,6 +142,8 @@ pub struct FrameList {
     pub batches: Vec<Batch>,
     /// Draws of wood.
     pub wood: Vec<WoodDraw>,
+    /// Draws of impostors.
+    pub impostors: Vec<ImpostorDraw>,
     /// Parallel to `records`; empty if the effect `contrast` is off.
     pub tones: Vec<Tone>,
     /// Parallel to `records`; empty if the effect `wind` is off.
@@ -138,6 +170,7 @@ impl Default for FrameList {
             runs: Vec::new(),
             batches: Vec::new(),
             wood: Vec::new(),
+            impostors: Vec::new(),
             tones: Vec::new(),
             sways: Vec::new(),
             before: Default::default(),
@@ -166,7 +199,7 @@ impl FrameList {
         }
         prepared.instances = self.records.len() as u32;
         prepared.skipped = instances.len() as u32 - prepared.instances;
-        prepared.draws += self.wood.len() as u32;
+        prepared.draws += (self.wood.len() + self.impostors.len()) as u32;
         self.shared = eye.frame_record(prepared.instances);
         self.records.append(&mut self.before.0);
         self.sways.append(&mut self.before.1);
@@ -179,6 +212,7 @@ impl FrameList {
         self.runs.clear();
         self.batches.clear();
         self.wood.clear();
+        self.impostors.clear();
         self.tones.clear();
         self.sways.clear();
     }
@@ -196,17 +230,33 @@ impl FrameList {
                 let reach = wind.reach(&model.shape, model.leaf_reaches[n] * instance.leaf_scale);
                 f64::from(reach) * place.pixels_per_unit > 0.5
             });
+            let far = look.far.filter(|_| model.impostor.is_some());
+            let diameter_px = if far.is_some() { eye.diameter_px(model, instance) } else { f32::INFINITY };
+            let share = far.map_or(0.0, |far| far.share_of(diameter_px, instance.seed, instance.far));
+            let is_deep = share > 0.0 && diameter_px >= DEEP_FROM_PX;
+            let record = self.unsorted.len() as u32;
+            if share >= 1.0 {
+                let variant = Variant { wind: moves, ..Variant::default() };
+                let parts = Parts { variant, is_impostor: true, is_deep, ..Parts::default() };
+                self.order.push(Listed { key: key(instance.model, parts), instance: number, record });
+                let placed = place.record(model, &Instance { active: 0.0, ..*instance }, look, 0.0);
+                self.unsorted.push(InstanceRecord { drawn: handover::packed(0, 1.0), ..placed });
+                continue;
+            }
             let is_reduced = instance.active < model.leaves as f32;
             let tone = look.tone && model.has_tone && (is_reduced || instance.leaf_scale > 1.0);
             let contrast = look.effects.contrast.is_some() && is_reduced && !(look.tone && model.has_tone);
             let (cut, stem_width) = model.stems.numbered((f64::from(look.thinnest_px) / place.pixels_per_unit) as f32);
             let tiles = model.has_tiles && (is_reduced || instance.leaf_scale > 1.0);
-            let variant = Variant { wind: moves, contrast, tone, tiles, alpha: false };
-            let record = self.unsorted.len() as u32;
+            let mut placed = place.record(model, instance, look, stem_width);
+            if share > 0.0 {
+                placed.drawn = handover::packed(placed.drawn, share);
+            }
+            let variant = Variant { wind: moves, contrast, tone, tiles, alpha: false, handover: share > 0.0 };
             let is_trimmed = place.pixels_per_unit >= f64::from(model.trimmed_from);
-            let key = key(instance.model, variant, is_trimmed, cut);
-            self.order.push(Listed { key, instance: number, record });
-            self.unsorted.push(place.record(model, instance, look, stem_width));
+            let parts = Parts { variant, is_trimmed, is_impostor: false, is_deep, cut };
+            self.order.push(Listed { key: key(instance.model, parts), instance: number, record });
+            self.unsorted.push(placed);
         }
     }
 
@@ -223,20 +273,31 @@ impl FrameList {
     ) {
         let Listed { key, instance, .. } = self.order[range.start];
         let number = instances[instance as usize].model;
-        let variant = variant_of(key);
+        let Parts { variant, is_trimmed, is_impostor, is_deep, .. } = parts_of(key);
         let model = &models[number];
-        let first_run = self.runs.len() as u32;
+        let (first_run, first_record) = (self.runs.len() as u32, self.records.len() as u32);
         self.fading.clear();
+        let plants = range.len() as u32;
+        let of = &mut prepared.far;
+        *if is_impostor {
+            &mut of.impostors
+        } else if variant.handover {
+            &mut of.both
+        } else {
+            &mut of.leaves
+        } += plants;
         for i in range {
             let Listed { key, instance, record } = self.order[i];
             let (instance, record) = (&instances[instance as usize], self.unsorted[record as usize]);
-            prepared.leaves += u64::from(record.drawn);
             let at = self.records.len() as u32;
-            let end = runs(model.quad_end(record.drawn));
-            let split = first_fading_run(&record, model, look).min(end);
+            let drawn = if is_impostor || variant.handover { handover::leaves(record.drawn) } else { record.drawn };
+            prepared.leaves += u64::from(drawn);
+            let end = runs(model.quad_end(drawn));
+            let split = first_fading_run(&record, drawn, model, look).min(end);
             self.runs.extend((0..split).map(|run| [at, run]));
             self.fading.extend((split..end).map(|run| [at, run]));
-            count(&mut prepared.effects, &record, variant);
+            prepared.effects.add_drawn(record.first_partial.min(drawn), drawn);
+            count_plant(&mut prepared.effects, variant);
             if let Some(effect) = look.effects.contrast {
                 let kept = effect.kept(instance.active, model.leaves as usize);
                 self.tones.push(Tone { mean: model.mean, kept });
@@ -251,7 +312,7 @@ impl FrameList {
                 self.before.1.extend(moments.map(|[_, then]| then.sway(&model.shape, placed[0])));
             }
             self.records.push(record);
-            let corners = model.stems.corners(cut_of(key));
+            let corners = if is_impostor { 0 } else { model.stems.corners(parts_of(key).cut) };
             if corners > 0 {
                 prepared.wood_triangles += u64::from(corners / 3);
                 self.add_wood(number, variant, corners, at);
@@ -262,7 +323,14 @@ impl FrameList {
         let fading = whole.end..self.runs.len() as u32;
         let runs = [!whole.is_empty(), !fading.is_empty()];
         prepared.draws += runs.into_iter().map(u32::from).sum::<u32>();
-        self.batches.push(Batch { model: number, variant, is_trimmed: is_trimmed(key), whole, fading });
+        if !is_impostor {
+            self.batches.push(Batch { model: number, variant, is_trimmed, whole, fading });
+        }
+        if is_impostor || variant.handover {
+            let instances = first_record..self.records.len() as u32;
+            let variant = Variant { wind: variant.wind, ..Variant::default() };
+            self.impostors.push(ImpostorDraw { model: number, variant, is_deep, instances });
+        }
     }
 
     /// Adds the wood of instance `at` to the previous draw if model, shaders and number of stems
@@ -278,15 +346,15 @@ impl FrameList {
 }
 
 /// First run with a leaf that is partly present by alpha; [`u32::MAX`] if there is none.
-fn first_fading_run(record: &InstanceRecord, model: &ModelFacts, look: &Look) -> u32 {
-    if !look.fades_by_alpha() || record.first_partial >= record.drawn {
+fn first_fading_run(record: &InstanceRecord, drawn: u32, model: &ModelFacts, look: &Look) -> u32 {
+    if !look.fades_by_alpha() || record.first_partial >= drawn {
         return u32::MAX;
     }
     model.quad_end(record.first_partial) / RUN_QUADS
 }
 
-fn count(counts: &mut Counts, record: &InstanceRecord, variant: Variant) {
-    counts.add_drawn(record.first_partial, record.drawn);
+/// Counts one plant.
+fn count_plant(counts: &mut Counts, variant: Variant) {
     let plants = [
         (&mut counts.contrast, variant.contrast),
         (&mut counts.wind, variant.wind),
@@ -319,11 +387,12 @@ mod tests {
     }
 
     #[test]
-    fn a_key_tells_the_variant_the_trimming_and_the_cut() {
-        for (variant, trimmed) in Variant::all().filter(|variant| !variant.alpha).zip([true, false].into_iter().cycle())
-        {
-            let key = key(ModelId::default(), variant, trimmed, 12345);
-            assert_eq!((variant_of(key), is_trimmed(key), cut_of(key)), (variant, trimmed, 12345));
+    fn a_key_tells_what_is_drawn() {
+        let variants = Variant::all().filter(|variant| !variant.alpha);
+        for (i, variant) in variants.enumerate() {
+            let [is_trimmed, is_impostor, is_deep] = [1, 2, 4].map(|bit| i & bit != 0);
+            let parts = Parts { variant, is_trimmed, is_impostor, is_deep, cut: 12345 };
+            assert_eq!(parts_of(key(ModelId::default(), parts)), parts);
         }
     }
 }

@@ -68,12 +68,27 @@ pub struct Instance {
     /// The plant's own drawn scales; `None` takes them from the timeline. A plant's own scales
     /// belong to whole counts: the fraction and the window are then ignored.
     pub scales: Option<ScalesId>,
+    /// Least share of the plant's samples that its impostor takes, from 0 to 1, whatever its size,
+    /// as policies ask for that run out of leaves; `None` draws leaves at any size.
+    pub far: Option<f32>,
+    /// Tells plants apart where all would change at one size.
+    pub seed: u32,
 }
 
 impl Instance {
     /// A plant with `active` leaves, a window of 1 and drawn scales from the timeline.
     pub fn new(model: ModelId, world_from_plant: DAffine3, active: f32) -> Self {
-        Self { model, world_from_plant, before: None, active, window: 1.0, leaf_scale: 1.0, scales: None }
+        Self {
+            model,
+            world_from_plant,
+            before: None,
+            active,
+            window: 1.0,
+            leaf_scale: 1.0,
+            scales: None,
+            far: Some(0.0),
+            seed: 0,
+        }
     }
 }
 
@@ -93,6 +108,31 @@ pub struct Prepared {
     pub draws: u32,
     /// Counts of how often each enabled effect was simulated.
     pub effects: Counts,
+    /// What the drawn plants are drawn with.
+    pub far: FarCounts,
+}
+
+/// Numbers of plants by what they are drawn with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FarCounts {
+    /// Leaves and wood alone.
+    pub leaves: u32,
+    /// Leaves, wood and impostor, each in its share of the samples.
+    pub both: u32,
+    /// The impostor alone.
+    pub impostors: u32,
+}
+
+impl FarCounts {
+    /// Counts a plant whose impostor takes this share of its samples.
+    pub(crate) fn add(&mut self, share: f32) {
+        let count = match share {
+            share if share <= 0.0 => &mut self.leaves,
+            share if share >= 1.0 => &mut self.impostors,
+            _ => &mut self.both,
+        };
+        *count += 1;
+    }
 }
 
 impl Frame {

@@ -13,6 +13,7 @@ use crate::{
     Result,
     effects::{Effects, FadeBy},
     error::check_range,
+    extract::Far,
 };
 
 /// Appearance of a renderer's plants.
@@ -33,6 +34,9 @@ pub struct Look {
     /// Width in pixels below which only some stems are drawn, widened to cover as much as all of
     /// them would; 0 draws all wood as it is. Only the GPU leaves stems out.
     pub thinnest_px: f32,
+    /// When plants are handed over to the impostors of their models; `None` draws leaves at any
+    /// size, as do models without an impostor.
+    pub far: Option<Far>,
 }
 
 impl Default for Look {
@@ -45,12 +49,13 @@ impl Default for Look {
             lighting: Lighting::default(),
             ground: None,
             thinnest_px: 0.5,
+            far: None,
         }
     }
 }
 
 impl Look {
-    /// Checks `thinnest_px` and the parameters of the effects and of the ground.
+    /// Checks `thinnest_px` and the parameters of the hand-over, of the effects and of the ground.
     ///
     /// # Errors
     /// [`Error::InvalidOption`](crate::Error::InvalidOption) for the first value out of its range.
@@ -58,6 +63,7 @@ impl Look {
         let haze = self.ground.map_or(1.0, |ground| ground.haze);
         check_range("ground.haze", haze, f64::MIN_POSITIVE..=f64::MAX)?;
         check_range("thinnest_px", self.thinnest_px, 0.0..=f32::MAX)?;
+        self.far.map_or(Ok(()), |far| far.check())?;
         self.effects.check()
     }
 
@@ -96,6 +102,8 @@ pub enum Coloring {
     /// A gradient in pruning order: orange for the leaf that is pruned first, blue for the one that
     /// is kept longest.
     PruneOrder,
+    /// By what a plant is drawn with: leaves green, impostors orange.
+    Parts,
     /// Wireframe, with a different colour for each leaf. Needs `Features::POLYGON_MODE_LINE`; falls
     /// back to [`Flat`](Self::Flat) without it.
     Wire,
@@ -108,6 +116,7 @@ impl Coloring {
             Self::Picture => 0,
             Self::Flat | Self::Wire => 1,
             Self::PruneOrder => 2,
+            Self::Parts => 3,
         }
     }
 }
@@ -125,16 +134,18 @@ pub struct Variant {
     pub tiles: bool,
     /// Some leaves of the draw are partly present, by alpha.
     pub alpha: bool,
+    /// The plants share their samples with their impostors.
+    pub handover: bool,
 }
 
 impl Variant {
     /// All combinations.
     pub fn all() -> impl Iterator<Item = Self> {
         let of_bits = |bits| {
-            let [wind, contrast, tone, tiles, alpha] = [1, 2, 4, 8, 16].map(|bit| bits & bit != 0);
-            Self { wind, contrast, tone, tiles, alpha }
+            let [wind, contrast, tone, tiles, alpha, handover] = [1, 2, 4, 8, 16, 32].map(|bit| bits & bit != 0);
+            Self { wind, contrast, tone, tiles, alpha, handover }
         };
-        (0..32).map(of_bits).filter(|variant| !(variant.contrast && variant.tone))
+        (0..64).map(of_bits).filter(|variant| !(variant.contrast && variant.tone))
     }
 
     /// Whether its shader reads effect buffers.

@@ -13,6 +13,7 @@
 pub(crate) mod eye;
 pub(crate) mod facts;
 pub(crate) mod frame_list;
+pub(crate) mod handover;
 pub(crate) mod instance;
 pub(crate) mod landscape;
 pub(crate) mod light;
@@ -21,9 +22,12 @@ pub(crate) mod look;
 pub(crate) mod mips;
 #[cfg(feature = "render")]
 pub(crate) mod packed;
+#[cfg(feature = "software")]
+pub(crate) mod pages;
 pub(crate) mod quads;
 pub(crate) mod seed;
 pub(crate) mod shader;
+pub(crate) mod sprite;
 pub(crate) mod stems;
 pub(crate) mod sun;
 mod trimmed;
@@ -34,8 +38,8 @@ pub mod shaders;
 
 pub use eye::Eye;
 pub use facts::{Facts, ModelFacts};
-pub use frame_list::{Batch, FrameList, WoodDraw};
-pub use instance::{Frame, Instance, ModelId, Prepared, ScalesId};
+pub use frame_list::{Batch, FrameList, ImpostorDraw, WoodDraw};
+pub use instance::{FarCounts, Frame, Instance, ModelId, Prepared, ScalesId};
 pub use landscape::{Ground, Landscape, Rays};
 pub use light::Lighting;
 pub use look::{Coloring, Look, Variant};

@@ -44,7 +44,8 @@ pub struct InstanceRecord {
     pub first_scale: u32,
     /// The first leaf that may be only partly present.
     pub first_partial: u32,
-    /// Number of leaves to draw.
+    /// Number of leaves to draw. Within the hand-over to the impostor [`LEAF_BITS`] of it, and
+    /// above them the impostor's share of the samples, in 1023rds.
     pub drawn: u32,
     /// Least width of a drawn stem, in local space; see [`Levels`](super::Levels).
     pub stem_width: f32,
@@ -188,6 +189,24 @@ pub struct LookRecord {
     /// Levels by which outlines must reach farther than the mip levels of the texture array call
     /// for, because the array's layers are not as large as the material's own texture.
     pub farther: f32,
+}
+
+/// Impostor of a model, as `impostor_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct ImpostorRecord {
+    /// Middle of every picture, in local space.
+    pub center: [f32; 3],
+    /// Half the side of a picture.
+    pub half_side: f32,
+    /// Radius of the plant's bounding sphere.
+    pub radius: f32,
+    /// Side of a picture without its margin, in texels.
+    pub texels: f32,
+    /// Pictures along each side of the lattice.
+    pub across: u32,
+    /// 1 if the lattice covers the whole sphere, 0 for its upper half.
+    pub is_whole_sphere: u32,
 }
 
 /// How a model is packed, as `packing.wgsl` reads it.
@@ -375,6 +394,15 @@ pub mod bindings {
     pub const LOOKS: u32 = 8;
     /// Storage: what only some models need.
     pub const EXTRAS: u32 = 9;
+
+    /// Uniform: the impostor. An impostor has a group of its own in place of the model's.
+    pub const IMPOSTOR: u32 = 10;
+    /// Texture array of colour and coverage.
+    pub const COLORS: u32 = 11;
+    /// Texture array of normals and depth.
+    pub const SURFACES: u32 = 12;
+    /// Sampler of both.
+    pub const CLAMPING: u32 = 13;
 
     /// Storage: one record for each instance.
     pub const INSTANCES: u32 = 0;

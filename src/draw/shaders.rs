@@ -5,6 +5,7 @@
 //! that neither its arithmetic nor its bindings are in the shader.
 
 use super::{
+    handover::WHOLE_SHARE,
     landscape::{FLOOR_FROM, ZENITH_FROM},
     light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
     look::{Coloring, Look, Variant},
@@ -12,6 +13,7 @@ use super::{
         LEAF_BITS, LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS, TRIMMED_CORNERS, WIDTH_STEPS,
     },
     shader::{ShaderSource, wrap_number},
+    sprite::{DEPTH_STEPS, LEAST_APPROACH, LEAST_PX, MOST_PULL, SPREAD},
     sun::DEPTH_RADII,
 };
 use crate::{
@@ -68,6 +70,21 @@ pub fn wood_motion(look: &Look, variant: Variant) -> String {
     wood_pass(look, variant)
         + include_str!("../../shaders/motion_pass.wgsl")
         + include_str!("../../shaders/wood_motion.wgsl")
+}
+
+/// WGSL of the impostors. Only the wind and the hand-over of `variant` count.
+pub fn impostor_pass(look: &Look, variant: Variant) -> String {
+    plant(include_str!("../../shaders/impostor_pass.wgsl"), look, variant)
+}
+
+/// WGSL of the impostors into the shadow map.
+pub fn impostor_shadow(look: &Look, variant: Variant) -> String {
+    impostor_pass(look, variant) + include_str!("../../shaders/impostor_shadow.wgsl")
+}
+
+/// WGSL of the impostors for motion vectors.
+pub fn impostor_motion(look: &Look, variant: Variant) -> String {
+    impostor_pass(look, variant) + include_str!("../../shaders/impostor_motion.wgsl")
 }
 
 /// WGSL of the plain backdrop.
@@ -141,6 +158,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("COLORING_PICTURE", Coloring::Picture.number())
         .constant_u32("COLORING_FLAT", Coloring::Flat.number())
         .constant_u32("COLORING_ORDER", Coloring::PruneOrder.number())
+        .constant_u32("COLORING_PARTS", Coloring::Parts.number())
         .constant_u32("RUN_QUADS", RUN_QUADS)
         .constant_u32("TRIMMED_CORNERS", TRIMMED_CORNERS)
         .constant_u32("LEAF_BITS", LEAF_BITS)
@@ -159,10 +177,17 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_f32("FLUTTER_TILT", wind::FLUTTER_TILT)
         .constant_u32("HASH_MULTIPLIER", wind::HASH_MULTIPLIER)
         .constant_u32("PHASE_STEPS", wind::PHASE_STEPS)
+        .constant_f32("WHOLE_SHARE", WHOLE_SHARE as f32)
+        .constant_u32("DEPTH_STEPS", DEPTH_STEPS)
+        .constant_f32("LEAST_APPROACH", LEAST_APPROACH)
+        .constant_f32("LEAST_PX", LEAST_PX)
+        .constant_f32("MOST_PULL", MOST_PULL)
+        .constant_f32("SPREAD", SPREAD)
         .with_part(include_str!("../../shaders/light.wgsl"))
         .with_part(include_str!("../../shaders/surface.wgsl"))
         .with_part(include_str!("../../shaders/packing.wgsl"))
         .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
+        .with_part(part(variant.handover, include_str!("../../shaders/handover.wgsl"), NO_HANDOVER))
         .with_part(tone(variant))
         .with_part(part(variant.tiles, include_str!("../../shaders/tiles.wgsl"), NO_TILES))
         .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))
@@ -172,6 +197,10 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
 }
 
 const NO_SHADOW: &str = "fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 { return 1.0; }\n";
+const NO_HANDOVER: &str = "\
+fn kept_samples(pixel: vec2<f32>, instance: u32) -> u32 { return 0xffffffffu; }
+fn leaves_drawn(instance: Instance) -> u32 { return instance.drawn; }
+";
 const NO_FADE: &str = "fn fade_share(leaf: u32, instance: u32) -> f32 { return 1.0; }\n";
 const NO_TILES: &str = "\
 fn is_tiled(scale: f32, anchor: vec2<f32>) -> bool { return false; }
@@ -182,6 +211,7 @@ fn kept_at(scale: f32) -> f32 { return 1.0; }
 fn toned(color: vec3<f32>, surface: Surface) -> vec3<f32> { return color; }
 ";
 const NO_WIND: &str = "\
+fn sway_reach(instance: u32) -> f32 { return 0.0; }
 fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> { return rest; }
 fn moved_leaf(pivot: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, leaf: u32, instance: u32) -> Moved {
     return Moved(pivot + offset, normal);

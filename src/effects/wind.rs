@@ -236,6 +236,13 @@ impl Sway {
             + Vec3::Y * (reach * BRANCH_LIFT * wave(1))
     }
 
+    /// Upper bound on the length of [`offset`](Self::offset).
+    pub fn reach(&self) -> f32 {
+        let bend = Vec3::from(self.bend).length();
+        let lowered = BEND_DESCENT * bend * bend / self.height;
+        bend.hypot(lowered) + self.branches.abs() * 1.0_f32.hypot(BRANCH_LIFT)
+    }
+
     /// Rotation of a leaf about its pivot; `leaf` is its index in the model.
     pub fn turn(&self, leaf: u32) -> Quat {
         let own = leaf_phases(leaf);

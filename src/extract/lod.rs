@@ -33,6 +33,19 @@ pub trait LodPolicy {
     /// possible) to 1 (everything). Must be defined for any sight.
     fn lod_outside(&self, sight: &Sight) -> f32;
 
+    /// The least level of detail at which leaves stand for the plant: towards it, the plant is
+    /// handed over to its impostor, if it has one.
+    fn floor(&self) -> f32 {
+        FLOOR_SHARE
+    }
+
+    /// Share of the plant that its impostor takes at the level of detail `lod`, whatever its size:
+    /// all of it from [`floor`](Self::floor) down, none from 1.5 times as much up.
+    fn far(&self, lod: f32) -> f32 {
+        let floor = self.floor();
+        unit((1.5 * floor - lod) / (0.5 * floor))
+    }
+
     /// Returns the level of detail to draw, from 0 (the least possible) to 1 (everything): the
     /// rule's, but at least [`Sight::least_lod`].
     fn lod(&self, sight: &Sight) -> f32 {
@@ -139,6 +152,11 @@ impl LodPolicy for CookLambda {
         }
         let half_area = self.half_area.clamp(0.0, LARGEST_HALF_AREA);
         unit(area.powf(0.5_f32.ln() / half_area.ln()))
+    }
+
+    /// The least lambda of Gomez.
+    fn floor(&self) -> f32 {
+        crate::stochastic::lambda::FLOOR as f32
     }
 }
 

@@ -9,10 +9,12 @@
 //! one plant on screen. If scales are looked up in a [`Timeline`](crate::model::Timeline) instead,
 //! `n` is all that a plant needs.
 
+mod far;
 pub(crate) mod lod;
 pub(crate) mod sight;
 pub(crate) mod swap;
 
+pub use far::Far;
 pub use lod::{
     Blend, CookLambda, Hysteresis, LodPolicy, PixelError, Sizes, active_count, fewest_leaves, fewest_visible,
     leaf_count,

@@ -64,6 +64,26 @@ const MAP_BINDINGS: [(u32, wgpu::ShaderStages, wgpu::BindingType); 2] = [
     (SHADOW_SAMPLER, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
 ];
 
+/// Creates the layout of a model's impostor, which takes the place of the model's.
+pub(super) fn impostor_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
+    let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
+    let page = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    };
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    let bindings = [
+        (CROWN, vertex | fragment, uniform),
+        (IMPOSTOR, vertex | fragment, uniform),
+        (COLORS, fragment, page),
+        (SURFACES, fragment, page),
+        (CLAMPING, fragment, sampler),
+    ];
+    layout(device, "foliage impostor", &bindings)
+}
+
 /// Creates a layout with only the bindings of the shadow map.
 pub(super) fn map_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     layout(device, "shadow map", &MAP_BINDINGS)

@@ -2,6 +2,7 @@
 //! the motion vectors.
 
 use super::{
+    bindings::impostor_layout,
     buffers::{buffer, filled, grow},
     effect_buffers::EffectBuffers,
     model_buffers::ModelBuffers,
@@ -14,7 +15,7 @@ use crate::{
     draw::{
         eye::Eye,
         facts::Facts,
-        frame_list::FrameList,
+        frame_list::{FrameList, ImpostorDraw},
         instance::{Instance, ModelId, Prepared},
         look::{Look, Variant},
         quads::{RUN_INDICES, TRIMMED_RUN_INDICES, run_indices},
@@ -35,6 +36,8 @@ pub(super) struct Layer {
     pub(super) look: Look,
     target: Target,
     layouts: Vec<wgpu::BindGroupLayout>,
+    /// The same with the impostor's layout in place of the model's, if the look hands plants over.
+    impostor_layouts: Vec<wgpu::BindGroupLayout>,
     pipelines: HashMap<Key, wgpu::RenderPipeline>,
     instances: wgpu::Buffer,
     shared: wgpu::Buffer,
@@ -62,6 +65,10 @@ impl Layer {
         let storage = Usage::STORAGE | Usage::COPY_DST;
         Self {
             effects: layouts.get(2).map(|layout| EffectBuffers::new(device, layout, &look.effects, map)),
+            impostor_layouts: match look.far {
+                Some(_) => std::iter::once(impostor_layout(device)).chain(layouts[1..].iter().cloned()).collect(),
+                None => Vec::new(),
+            },
             look,
             target,
             layouts,
@@ -76,8 +83,8 @@ impl Layer {
         }
     }
 
-    /// Drops the leaf pipelines.
-    pub(super) fn forget_leaves(&mut self) {
+    /// Drops the pipelines that depend on the colouring.
+    pub(super) fn forget_colored(&mut self) {
         self.pipelines.retain(|(part, ..), _| *part == Part::Wood);
     }
 
@@ -160,6 +167,14 @@ impl Layer {
             pass.set_index_buffer(wood.indices.slice(..), wgpu::IndexFormat::Uint32);
             pass.draw_indexed(0..draw.corners, 0, draw.instances.clone());
         }
+        for draw in &self.list.impostors {
+            let impostor = models.get(draw.model).and_then(|model| model.impostor.as_ref());
+            let pipeline = self.pipelines.get(&(of_impostor(draw), self.depth, draw.variant));
+            let Some((impostor, pipeline)) = impostor.zip(pipeline) else { continue };
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(bindings::MODEL, &impostor.bindings, &[]);
+            pass.draw(0..SPRITE_CORNERS, draw.instances.clone());
+        }
         for batch in &self.list.batches {
             let fading = Variant { alpha: true, ..batch.variant };
             for (variant, runs) in [(batch.variant, &batch.whole), (fading, &batch.fading)] {
@@ -180,14 +195,16 @@ impl Layer {
 
     /// Compiles the pipelines that the frame needs and that do not exist yet.
     fn compile(&mut self, device: &wgpu::Device) {
-        let Self { layouts, target, look, list, pipelines, depth, .. } = self;
+        let Self { layouts, impostor_layouts, target, look, list, pipelines, depth, .. } = self;
         let leaves = list.batches.iter().flat_map(|batch| {
             let fading = Variant { alpha: true, ..batch.variant };
             [(batch.variant, &batch.whole), (fading, &batch.fading)]
         });
         let leaves = leaves.filter(|(_, runs)| !runs.is_empty()).map(|(variant, _)| (Part::Leaves, *depth, variant));
         let wood = list.wood.iter().map(|draw| (Part::Wood, *depth, of_wood(draw.variant)));
-        for key @ (part, depth, variant) in leaves.chain(wood) {
+        let impostors = list.impostors.iter().map(|draw| (of_impostor(draw), *depth, draw.variant));
+        for key @ (part, depth, variant) in leaves.chain(wood).chain(impostors) {
+            let layouts = if matches!(part, Part::Impostor { .. }) { &*impostor_layouts } else { &*layouts };
             let pipeline = || plant_pass::pipeline(device, layouts, *target, part, look, variant, depth);
             pipelines.entry(key).or_insert_with(pipeline);
         }
@@ -209,7 +226,14 @@ impl Layer {
     }
 }
 
-/// Variant of the wood: only the wind applies to it.
+/// Variant of the wood: only the wind and the hand-over apply to it.
 fn of_wood(variant: Variant) -> Variant {
-    Variant { wind: variant.wind, ..Variant::default() }
+    Variant { wind: variant.wind, handover: variant.handover, ..Variant::default() }
+}
+
+/// Corners of the two triangles of a sprite.
+const SPRITE_CORNERS: u32 = 6;
+
+fn of_impostor(draw: &ImpostorDraw) -> Part {
+    Part::Impostor { is_deep: draw.is_deep }
 }

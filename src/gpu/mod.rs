@@ -12,6 +12,7 @@ pub(crate) mod capture;
 mod device;
 mod effect_buffers;
 mod guard;
+mod impostor_buffers;
 mod landscape_motion;
 mod landscape_pass;
 mod layer;

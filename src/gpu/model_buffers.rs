@@ -4,7 +4,7 @@
 //! does not depend on where a file places the plant. All textures of a model are layers of one
 //! array, scaled to one size.
 
-use super::{buffers::filled, texture_layers::Layers};
+use super::{buffers::filled, impostor_buffers::ImpostorBuffers, texture_layers::Layers};
 use crate::{
     Error, Result,
     draw::{
@@ -18,6 +18,7 @@ use crate::{
 pub(super) struct ModelBuffers {
     pub(super) bindings: wgpu::BindGroup,
     pub(super) wood: Option<WoodBuffers>,
+    pub(super) impostor: Option<ImpostorBuffers>,
     /// Size of the bound buffers in bytes.
     bytes: u64,
 }
@@ -74,7 +75,12 @@ impl ModelBuffers {
             entries: &entries,
         });
         let bytes = buffers.iter().map(|(_, buffer)| buffer.size()).sum();
-        Ok(Self { bindings, wood: wood(&fill, packed)?, bytes })
+        Ok(Self { bindings, wood: wood(&fill, packed)?, impostor: None, bytes })
+    }
+
+    /// Size in bytes of the impostor's pages.
+    pub(super) fn impostor_bytes(&self) -> u64 {
+        self.impostor.as_ref().map_or(0, |impostor| impostor.bytes)
     }
 
     /// Size in bytes of the buffers of the leaves and of the wood.

@@ -26,6 +26,11 @@ pub(super) enum Part {
     Leaves,
     /// Trunk and branches.
     Wood,
+    /// Impostors.
+    Impostor {
+        /// Whether the depth of their pictures is followed.
+        is_deep: bool,
+    },
 }
 
 /// Instance attributes of a run: the index of the plant's record, and of the run within the plant.
@@ -62,18 +67,40 @@ pub(super) fn pipeline(
         (Part::Wood, Target::Motion(..)) => {
             ("wood_pass", shaders::wood_motion(look, variant), ["wood_motion", "motion"])
         }
+        (Part::Impostor { is_deep }, Target::Picture(..)) => {
+            let fragment = if is_deep { "impostor_deep" } else { "impostor_flat" };
+            ("impostor_pass", shaders::impostor_pass(look, variant), ["impostor_corner", fragment])
+        }
+        (Part::Impostor { .. }, Target::Shadow) => {
+            ("impostor_pass", shaders::impostor_shadow(look, variant), ["impostor_corner", "cast_impostor"])
+        }
+        (Part::Impostor { .. }, Target::Motion(..)) => {
+            ("impostor_pass", shaders::impostor_motion(look, variant), ["impostor_corner", "impostor_motion"])
+        }
     };
-    let (stride, step_mode, attributes) = match part {
-        Part::Leaves => (size_of::<Run>(), wgpu::VertexStepMode::Instance, &RUN[..]),
-        Part::Wood => (size_of::<PackedWood>(), wgpu::VertexStepMode::Vertex, &WOOD[..]),
+    let vertices = |stride: usize, step_mode, attributes| {
+        vec![Some(wgpu::VertexBufferLayout { array_stride: stride as u64, step_mode, attributes })]
+    };
+    let vertex_buffers = match part {
+        Part::Leaves => vertices(size_of::<Run>(), wgpu::VertexStepMode::Instance, &RUN[..]),
+        Part::Wood => vertices(size_of::<PackedWood>(), wgpu::VertexStepMode::Vertex, &WOOD[..]),
+        Part::Impostor { .. } => Vec::new(),
     };
     PassDescription {
         name,
         wgsl,
         entry_points,
         layouts: bound(layouts, look, variant),
-        vertex_buffers: &[Some(wgpu::VertexBufferLayout { array_stride: stride as u64, step_mode, attributes })],
-        surface: Some((if part == Part::Leaves { look.coloring } else { Coloring::Picture }, depth)),
+        vertex_buffers: &vertex_buffers,
+        surface: Some((coloring(part, look), depth)),
     }
     .pipeline(device, target)
+}
+
+/// Colouring of a part: of diagnostic ones, wood and impostors know few.
+fn coloring(part: Part, look: &Look) -> Coloring {
+    match (part, look.coloring) {
+        (Part::Leaves, coloring) | (Part::Impostor { .. }, coloring @ Coloring::Parts) => coloring,
+        _ => Coloring::Picture,
+    }
 }

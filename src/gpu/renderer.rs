@@ -20,9 +20,10 @@
 //! slightly wrong under non-uniform scaling.
 
 use super::{
-    bindings::{layouts, map_layout},
+    bindings::{impostor_layout, layouts, map_layout},
     buffers::{buffer, grow},
     effect_buffers::EffectBuffers,
+    impostor_buffers::ImpostorBuffers,
     landscape_motion::LandscapeMotion,
     landscape_pass::LandscapePass,
     layer::{Buffers, Layer},
@@ -66,6 +67,8 @@ pub struct FoliageRenderer {
     motion: Option<Layer>,
     landscape_motion: Option<LandscapeMotion>,
     model_layout: wgpu::BindGroupLayout,
+    /// Present if the look hands plants over to impostors.
+    impostor_layout: Option<wgpu::BindGroupLayout>,
     sampler: wgpu::Sampler,
     facts: Facts,
     models: Buffers,
@@ -82,6 +85,10 @@ pub struct Diagnostics {
     /// Total size in bytes of the models' buffers: of leaves with their timelines, and of wood.
     /// What both need, such as materials and looks, counts as leaves; textures are not counted.
     pub model_bytes: [u64; 2],
+    /// Total size in bytes of the models' impostors; 0 unless the look hands plants over.
+    pub impostor_bytes: u64,
+    /// Number of pipelines that draw impostors.
+    pub impostor_pipelines: usize,
     /// Variants of the leaf pass that have pipelines.
     pub leaf_variants: Vec<Variant>,
     /// Variants of the wood pass that have pipelines.
@@ -120,6 +127,7 @@ impl FoliageRenderer {
         Ok(Self {
             landscape: look.landscape().map(|_| LandscapePass::new(device, target, &look, map_layout.as_ref())),
             model_layout: layouts[0].clone(),
+            impostor_layout: look.far.map(|_| impostor_layout(device)),
             picture: Layer::new(device, Target::Picture(target), look, layouts, map),
             shadow,
             motion: None,
@@ -135,9 +143,9 @@ impl FoliageRenderer {
     /// Enables motion vectors ([`render_motion`](Self::render_motion)) into targets of this kind: a
     /// two-channel colour format (`Rg16Float`, `Rg32Float`) and one sample per pixel.
     pub fn with_motion(mut self, device: &wgpu::Device, target: TargetFormat) -> Self {
-        let Look { effects, thinnest_px, .. } = self.picture.look;
+        let Look { effects, thinnest_px, far, .. } = self.picture.look;
         let effects = Effects { wind: effects.wind, fade: effects.fade, ..Effects::default() };
-        let look = Look { effects, thinnest_px, tone: false, ..Look::default() };
+        let look = Look { effects, thinnest_px, far, tone: false, ..Look::default() };
         self.landscape_motion =
             self.picture.look.landscape().map(|landscape| LandscapeMotion::new(device, target, &landscape));
         self.motion = Some(Layer::new(device, Target::Motion(target), look, layouts(device, &effects), None));
@@ -148,7 +156,7 @@ impl FoliageRenderer {
     /// pipelines.
     pub fn set_coloring(&mut self, coloring: Coloring) {
         self.picture.look.coloring = coloring;
-        self.picture.forget_leaves();
+        self.picture.forget_colored();
     }
 
     /// Appearance of the plants.
@@ -175,6 +183,11 @@ impl FoliageRenderer {
                 .values()
                 .map(ModelBuffers::bytes)
                 .fold([0; 2], |sum, of| [0, 1].map(|i| sum[i] + of[i])),
+            impostor_bytes: self.models.values().map(ModelBuffers::impostor_bytes).sum(),
+            impostor_pipelines: [true, false]
+                .map(|is_deep| self.picture.compiled(Part::Impostor { is_deep }).len())
+                .into_iter()
+                .sum(),
             leaf_variants: self.picture.compiled(Part::Leaves),
             wood_variants: self.picture.compiled(Part::Wood),
             passes: shadow.chain(self.landscape.iter().map(|_| "landscape")).chain(motion).collect(),
@@ -200,7 +213,12 @@ impl FoliageRenderer {
         upload.crown.mean = mean;
         let facts = ModelFacts::new(model, &upload, mean);
         let packed = Packed::new(upload);
-        let buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &packed)?;
+        let mut buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &packed)?;
+        if let (Some(layout), Some(impostor)) = (&self.impostor_layout, &model.impostor) {
+            let center = model.sphere().center();
+            let uploaded = ImpostorBuffers::new(device, queue, layout, impostor, &packed.crown, center)?;
+            buffers.impostor = Some(uploaded);
+        }
         let id = self.facts.insert(facts);
         self.models.insert(id, buffers);
         Ok(id)

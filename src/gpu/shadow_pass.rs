@@ -43,7 +43,7 @@ impl ShadowPass {
         let layouts = picture[..2].iter().cloned().chain(of_effects).collect();
         let map = ShadowMap::new(device, effect.resolution);
         let towards_sun = look.lighting.towards_sun.as_dvec3();
-        let look = Look { effects, tone: false, ..Look::default() };
+        let look = Look { effects, far: look.far, tone: false, ..Look::default() };
         Self {
             effect,
             towards_sun,

@@ -50,6 +50,7 @@ impl FoliageModel {
             precision: Precision::EXACT,
             growth: Growth::default(),
             copies: Vec::new(),
+            impostor: None,
         };
         if let Some(survivor) = rank.iter().position(|&rank| rank == 0) {
             model.push(plant, survivor, NO_LEAF, 1.0, 0.0);

@@ -11,6 +11,7 @@ mod copies;
 pub(crate) mod format;
 mod grid;
 mod growth;
+mod impostor;
 pub(crate) mod octahedral;
 mod precision;
 mod quantize;
@@ -22,6 +23,7 @@ pub use assemble::Prune;
 pub use copies::{LeafCopy, Turn};
 pub use format::{MAGIC, MAX_FILE_BYTES, ModelFile, Part, VERSION};
 pub use growth::Growth;
+pub use impostor::{FRAME_SIDES, FRAMES_ACROSS, Impostor, Lattice};
 pub use precision::Precision;
 pub use timeline::{Timeline, Transition};
 
@@ -120,6 +122,7 @@ pub struct Recipe {
 ///     finite.
 /// 13. as for [`Plant`]: outlines are sound.
 /// 14. Tone is from 0 to [`Growth::MAX_TONE`].
+/// 15. The impostor's sizes are within their limits, and its pages are as long as they say.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FoliageModel {
     /// The plant, its leaves in drawing order, each with its swap record. Its fields and methods
@@ -137,6 +140,8 @@ pub struct FoliageModel {
     /// [`quantize`](FoliageModel::quantize). They change the size of the file alone: those that do
     /// not give the vertices of their leaf bit for bit are ignored.
     pub copies: Vec<LeafCopy>,
+    /// What is drawn in the plant's place far away, if it was [baked](crate::software::bake).
+    pub impostor: Option<Impostor>,
 }
 
 impl Deref for FoliageModel {

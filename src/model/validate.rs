@@ -23,7 +23,8 @@ impl FoliageModel {
         self.check_errors()?;
         self.check_reach()?;
         let tone = self.growth.tone;
-        check(14, (0.0..=Growth::MAX_TONE).contains(&tone), || format!("tone is {tone}"))
+        check(14, (0.0..=Growth::MAX_TONE).contains(&tone), || format!("tone is {tone}"))?;
+        self.impostor.as_ref().map_or(Ok(()), super::Impostor::check)
     }
 
     fn check_first_leaf(&self) -> Checked {

@@ -15,6 +15,7 @@ use crate::{
     Error, LookAt, Result,
     effects::{Effects, sky::REFERENCE_ELEVATION},
     error::check_range,
+    extract::Far,
     model::FoliageModel,
 };
 use glam::{DAffine3, DQuat, DVec3};
@@ -54,6 +55,8 @@ pub struct SceneFile {
     pub tone: bool,
     /// The ground; not drawn by default.
     pub ground: Option<GroundEntry>,
+    /// When plants are handed over to impostors; by default they are drawn with leaves at any size.
+    pub far: Option<Far>,
 }
 
 fn on() -> bool {
@@ -256,6 +259,7 @@ impl SceneFile {
         ground.color.iter().try_for_each(|&channel| check_range("ground.color", channel, 0.0..=1.0))?;
         check_range("ground.height", ground.height, -1e9..=1e9)?;
         check_range("ground.haze", ground.haze.unwrap_or(1.0), 1e-6..=1e12)?;
+        self.far.map_or(Ok(()), |far| far.check())?;
         self.effects.check()
     }
 }

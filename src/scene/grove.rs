@@ -67,6 +67,9 @@ pub struct Active {
     /// Active count with its fraction: leaves `0..floor` are drawn, and the next one is grown to
     /// the fraction.
     pub count: f32,
+    /// Least share of the plant that its impostor takes, from 0 to 1: above 0 where the policy asks
+    /// for hardly more leaves than the fewest. For [`Instance::far`](crate::Instance::far).
+    pub far: f32,
 }
 
 /// Static plants, with the state that each keeps from frame to frame.
@@ -152,7 +155,7 @@ impl Grove {
                 let instance = 64 * word as u32 + left.trailing_zeros();
                 left &= left - 1;
                 let plant = &mut self.plants[instance as usize];
-                out.push(Active { instance, count: plant.count(&self.kinds[plant.kind as usize], &seen_by) });
+                out.push(plant.active(instance, &self.kinds[plant.kind as usize], &seen_by));
             }
         }
     }
@@ -186,19 +189,21 @@ impl Grove {
     /// O(plants).
     pub fn select_all(&mut self, camera: &Camera, out: &mut Vec<Active>) {
         let (kinds, seen_by) = (&self.kinds, SeenBy::new(camera));
-        let count = |plant: &mut Plant| plant.count(&kinds[plant.kind as usize], &seen_by);
         out.clear();
-        out.extend((0..).zip(&mut self.plants).map(|(instance, plant)| Active { instance, count: count(plant) }));
+        let plants = (0..).zip(&mut self.plants);
+        out.extend(plants.map(|(i, plant)| plant.active(i, &kinds[plant.kind as usize], &seen_by)));
     }
 }
 
 impl Plant {
-    fn count(&mut self, kind: &Kind, seen_by: &SeenBy) -> f32 {
+    fn active(&mut self, instance: u32, kind: &Kind, seen_by: &SeenBy) -> Active {
         let sight = seen_by.sight(self.center, self.radius);
         let of_leaves = |lod: f32| f64::from(lod) * f64::from(kind.leaves);
-        let settled = self.hysteresis.follow(of_leaves(kind.policy.lod(&sight)), kind.leaves, kind.min_leaves);
+        let lod = kind.policy.lod(&sight);
+        let settled = self.hysteresis.follow(of_leaves(lod), kind.leaves, kind.min_leaves);
         // The dead band may leave the count below what is wanted, but not below the least.
-        settled.max(of_leaves(sight.least_lod())) as f32
+        let count = settled.max(of_leaves(sight.least_lod())) as f32;
+        Active { instance, count, far: kind.policy.far(lod) }
     }
 }
 

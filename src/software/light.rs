@@ -3,7 +3,10 @@
 use crate::{
     bounds::Aabb,
     crown::{inverse_half_size, openness, smoothstep},
-    draw::light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
+    draw::{
+        light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
+        sprite::SPREAD,
+    },
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -63,6 +66,34 @@ impl Light {
         albedo * lit * open
     }
 
+    /// Linear light that reaches the eye from many surfaces of colour `albedo` at `from_eye`.
+    /// `normal` is the mean of their normals, turned towards the eye: the shorter it is, the more
+    /// they differ. Twin of `reflected_by_many` in `impostor_pass.wgsl`.
+    pub(super) fn reflected_by_many(&self, albedo: Vec3, normal: Vec3, from_eye: Vec3, is_leaf: bool) -> Vec3 {
+        let in_crown = (from_eye - self.crown_center_from_eye) * self.inverse_half_size;
+        let open = openness(in_crown.length());
+        let sun = self.lighting.sun;
+        // Variance of the normals along any direction, were they spread alike in all of them.
+        let variance = (1.0 - normal.length_squared()).max(0.0) / 3.0;
+        let cosine = normal.dot(self.towards_sun);
+        if !is_leaf {
+            return albedo * (sun * spread_light(cosine, variance) + self.sky(normal)) * open;
+        }
+        let outwards = (in_crown * self.inverse_half_size).normalize_or_zero();
+        let (own, lean) = match self.lighting.crown_blend {
+            None => (1.0, LEAN),
+            Some(blend) => (1.0 - blend, blend),
+        };
+        // Mean of the squared length of `own` of a normal and `lean` of the outward direction.
+        let squared = own * own + lean * lean * outwards.length_squared() + 2.0 * own * lean * normal.dot(outwards);
+        let length = squared.max(0.01).sqrt();
+        let leaning = (normal * own + outwards * lean) / length;
+        let spread = variance * (own / length) * (own / length);
+        let facing = spread_light(leaning.dot(self.towards_sun) + WRAP, spread) / (1.0 + WRAP);
+        let through = spread_light(-cosine, variance) * self.through(from_eye);
+        albedo * (sun * (Vec3::splat(facing) + THROUGH_TINT * through) + self.sky(leaning)) * open
+    }
+
     /// Fraction of the sunlight that passes through a leaf towards the eye.
     fn through(&self, from_eye: Vec3) -> f32 {
         let Some(through) = self.lighting.translucency else { return THROUGH };
@@ -73,6 +104,12 @@ impl Light {
     fn sky(&self, normal: Vec3) -> Vec3 {
         self.lighting.ground.lerp(self.lighting.sky, normal.dot(self.upwards) * 0.5 + 0.5)
     }
+}
+
+/// Mean of max(x, 0) over numbers around `mean` with a variance, by a hyperbola that is right for
+/// normally distributed ones around 0 and without variance.
+fn spread_light(mean: f32, variance: f32) -> f32 {
+    0.5 * (mean + (mean * mean + SPREAD * variance).sqrt())
 }
 
 /// Linear colour of the backdrop at a height of 0 (bottom of the picture) to 1 (top).

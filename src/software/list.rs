@@ -205,20 +205,27 @@ pub struct Placed<'a> {
     pub tone: Option<Toning>,
     /// Wind motion in the plant's space; `None` without wind.
     pub sway: Option<Sway>,
+    /// Share of a pixel's samples, from 0 to 1, that are left to the plant's impostor.
+    pub far: f32,
 }
 
 impl<'a> Placed<'a> {
     /// Places a list, with the tone of the picture and without wind.
     pub fn new(list: &'a DrawList<'a>, world_from_plant: DAffine3) -> Self {
-        Self { list, world_from_plant, tone: None, sway: None }
+        Self { list, world_from_plant, tone: None, sway: None, far: 0.0 }
     }
 
     pub(super) fn is_sound(&self) -> bool {
-        self.world_from_plant.is_finite() && self.world_from_plant.inverse().is_finite()
+        is_sound(&self.world_from_plant)
     }
 
     pub(super) fn light(&self, eye: DVec3, lighting: &Lighting) -> Light {
         let plant_from_world = self.world_from_plant.inverse();
         Light::new(&self.list.crown, plant_from_world.transform_point3(eye), lighting).turned(&plant_from_world)
     }
+}
+
+/// Whether a plant can be drawn with a transform.
+pub(super) fn is_sound(world_from_plant: &DAffine3) -> bool {
+    world_from_plant.is_finite() && world_from_plant.inverse().is_finite()
 }

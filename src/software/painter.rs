@@ -6,8 +6,9 @@ use super::{
     light,
     list::{DrawList, Placed},
     options::{Background, DrawOptions},
-    project::{Projected, project},
-    tile::{Scene, TILE_PX, Tile},
+    project::project,
+    sprite::{PlacedImpostor, Sprite},
+    tile::{Scene, Surfaces, TILE_PX, Tile},
     toning::Toning,
 };
 use crate::{
@@ -76,12 +77,64 @@ impl<'a> Painter<'a> {
         size: [u32; 2],
         options: &DrawOptions,
     ) -> Result<Image> {
+        self.draw_all(plants, &[], camera, size, options)
+    }
+
+    /// Same as [`draw_placed`](Self::draw_placed), with impostors.
+    ///
+    /// # Errors
+    /// Same as [`draw`](Self::draw).
+    pub(super) fn draw_all(
+        &self,
+        plants: &[Placed<'_>],
+        impostors: &[PlacedImpostor<'_>],
+        camera: &Camera,
+        size: [u32; 2],
+        options: &DrawOptions,
+    ) -> Result<Image> {
+        let rays = match options.background {
+            Background::Landscape(_) => Some(Rays::new(camera)?),
+            _ => None,
+        };
+        let behind = Behind { size, rays, eye_height: camera.eye.y };
+        let pixels = self.pixels(plants, impostors, camera, size, options, |tile, at, pixel, scene| {
+            let (color, share) = tile.resolve(at[0], at[1], scene);
+            let sky = behind.color(pixel, options.background);
+            finished(color, share, sky, options.background, scene.srgb)
+        })?;
+        Ok(Image { width: size[0], height: size[1], rgba: pixels.into_flattened() })
+    }
+
+    /// Sums of what each pixel's samples show, without light, rows from the top.
+    ///
+    /// # Errors
+    /// Same as [`draw`](Self::draw).
+    pub(super) fn surfaces(&self, list: &DrawList<'_>, camera: &Camera, size: [u32; 2]) -> Result<Vec<Surfaces>> {
+        let placed = [Placed::new(list, DAffine3::IDENTITY)];
+        let options = DrawOptions::default();
+        self.pixels(&placed, &[], camera, size, &options, |tile, [x, y], _, scene| tile.surfaces(x, y, scene))
+    }
+
+    /// Rasterises everything and returns what `finish` makes of each pixel, rows from the top. It
+    /// gets the tile, the pixel's place in it and in the picture.
+    fn pixels<T: Copy + Send>(
+        &self,
+        plants: &[Placed<'_>],
+        impostors: &[PlacedImpostor<'_>],
+        camera: &Camera,
+        size: [u32; 2],
+        options: &DrawOptions,
+        finish: impl Fn(&Tile, [u32; 2], [u32; 2], &Scene<'_>) -> T + Sync,
+    ) -> Result<Vec<T>> {
         check_size(size)?;
         camera.check()?;
         let plants: Vec<_> = plants.iter().filter(|plant| plant.is_sound()).copied().collect();
         let projected = project(&plants, &self.mips, camera, size, options);
         let lights: Vec<_> = plants.iter().map(|plant| plant.light(camera.eye, &options.lighting)).collect();
         let tones: Vec<_> = plants.iter().map(|plant| plant.tone.or(options.tone)).collect();
+        let far: Vec<f32> = plants.iter().map(|plant| plant.far).collect();
+        let sprites: Vec<Sprite<'_>> =
+            impostors.iter().filter_map(|placed| Sprite::new(placed, camera, size, &options.lighting)).collect();
         let scene = Scene {
             projected: &projected,
             materials: &self.materials,
@@ -89,22 +142,21 @@ impl<'a> Painter<'a> {
             srgb: &self.srgb,
             lights: &lights,
             tones: &tones,
+            far: &far,
+            sprites: &sprites,
             is_orthographic: camera.is_orthographic(),
             full_textures: options.full_textures,
         };
-        let rays = match options.background {
-            Background::Landscape(_) => Some(Rays::new(camera)?),
-            _ => None,
-        };
-        let behind = Behind { size, rays, eye_height: camera.eye.y };
         let columns = size[0].div_ceil(TILE_PX);
-        let bins = bin(&projected, size, columns);
-        let tiles: Vec<Vec<[u8; 4]>> = bins
+        let bins = bin(&scene, size, columns);
+        let tiles: Vec<Vec<T>> = bins
             .into_par_iter()
             .enumerate()
             .map(|(i, bin)| {
                 let origin = [i as u32 % columns * TILE_PX, i as u32 / columns * TILE_PX];
-                paint_tile(origin, bin, &scene, &behind, options.background)
+                let tile = rasterised(origin, bin, &scene);
+                let places = (0..TILE_PX).flat_map(|y| (0..TILE_PX).map(move |x| [x, y]));
+                places.map(|at| finish(&tile, at, [origin[0] + at[0], origin[1] + at[1]], &scene)).collect()
             })
             .collect();
         Ok(assemble(&tiles, columns, size))
@@ -210,13 +262,20 @@ pub(super) fn check_size(size: [u32; 2]) -> Result<()> {
     Err(Error::invalid("size", format!("{}x{}", size[0], size[1]), format!("1 to {MAX_IMAGE_SIDE} pixels on a side")))
 }
 
-/// Indices, for each tile, of the triangles whose bounding box touches it.
-fn bin(projected: &Projected<'_>, size: [u32; 2], columns: u32) -> Vec<Vec<u32>> {
+/// What touches a tile by its bounding box.
+#[derive(Clone, Default)]
+struct Bin {
+    triangles: Vec<u32>,
+    sprites: Vec<u32>,
+}
+
+/// Indices, for each tile, of the triangles and sprites that touch it.
+fn bin(scene: &Scene<'_>, size: [u32; 2], columns: u32) -> Vec<Bin> {
     let rows = size[1].div_ceil(TILE_PX);
-    let mut bins = vec![Vec::new(); columns as usize * rows as usize];
+    let mut bins = vec![Bin::default(); columns as usize * rows as usize];
     let tile_steps = SUBPIXEL * TILE_PX as i64;
-    for (index, triangle) in projected.triangles.iter().enumerate() {
-        let corners = triangle.corners.map(|corner| projected.corners[corner as usize].at);
+    for (index, triangle) in scene.projected.triangles.iter().enumerate() {
+        let corners = triangle.corners.map(|corner| scene.projected.corners[corner as usize].at);
         let range = |axis: usize, count: u32| {
             let tiles = corners.map(|corner| corner[axis].div_euclid(tile_steps));
             let [min, max] = [tiles.into_iter().min().unwrap_or(0), tiles.into_iter().max().unwrap_or(0)];
@@ -224,35 +283,30 @@ fn bin(projected: &Projected<'_>, size: [u32; 2], columns: u32) -> Vec<Vec<u32>>
         };
         for row in range(1, rows) {
             for column in range(0, columns) {
-                bins[row as usize * columns as usize + column as usize].push(index as u32);
+                bins[row as usize * columns as usize + column as usize].triangles.push(index as u32);
+            }
+        }
+    }
+    for (index, sprite) in (0..).zip(scene.sprites) {
+        let [across, down] =
+            sprite.bounds.map(|[first, end]| first / TILE_PX as i64..=(end - 1).div_euclid(TILE_PX as i64));
+        for row in down {
+            for column in across.clone() {
+                bins[row as usize * columns as usize + column as usize].sprites.push(index);
             }
         }
     }
     bins
 }
 
-fn paint_tile(
-    origin: [u32; 2],
-    mut triangles: Vec<u32>,
-    scene: &Scene<'_>,
-    behind: &Behind,
-    background: Background,
-) -> Vec<[u8; 4]> {
+/// A tile with everything that touches it.
+fn rasterised(origin: [u32; 2], Bin { mut triangles, sprites }: Bin, scene: &Scene<'_>) -> Tile {
     let nearest = |index: u32| scene.projected.triangles[index as usize].nearest;
     triangles.sort_unstable_by(|&a, &b| nearest(b).total_cmp(&nearest(a)).then(a.cmp(&b)));
     let mut tile = Tile::new(origin);
-    for index in triangles {
-        tile.add(index, scene);
-    }
-    let mut pixels = Vec::with_capacity((TILE_PX * TILE_PX) as usize);
-    for y in 0..TILE_PX {
-        pixels.extend((0..TILE_PX).map(|x| {
-            let (color, share) = tile.resolve(x, y, scene);
-            let sky = behind.color([origin[0] + x, origin[1] + y], background);
-            finished(color, share, sky, background, scene.srgb)
-        }));
-    }
-    pixels
+    triangles.into_iter().for_each(|index| tile.add(index, scene));
+    sprites.into_iter().for_each(|index| tile.add_sprite(index, scene));
+    tile
 }
 
 /// Evaluates the background of a picture, pixel by pixel.
@@ -287,17 +341,17 @@ fn finished(color: Vec3, share: f32, sky: Vec3, background: Background, srgb: &S
     [r, g, b, alpha]
 }
 
-fn assemble(tiles: &[Vec<[u8; 4]>], columns: u32, [width, height]: [u32; 2]) -> Image {
-    let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
+fn assemble<T: Copy>(tiles: &[Vec<T>], columns: u32, [width, height]: [u32; 2]) -> Vec<T> {
+    let mut pixels = Vec::with_capacity(width as usize * height as usize);
     for y in 0..height {
         for column in 0..columns {
             let tile = &tiles[(y / TILE_PX * columns + column) as usize];
             let first = (y % TILE_PX * TILE_PX) as usize;
             let count = TILE_PX.min(width - column * TILE_PX) as usize;
-            rgba.extend_from_slice(tile[first..first + count].as_flattened());
+            pixels.extend_from_slice(&tile[first..first + count]);
         }
     }
-    Image { width, height, rgba }
+    pixels
 }
 
 #[cfg(all(test, feature = "simplify"))]

@@ -2,20 +2,24 @@
 
 use super::{
     image::Image,
-    list::{DrawList, Drawn, Placed},
+    list::{DrawList, Drawn, Placed, is_sound},
     options::{Background, DrawOptions},
     painter::{Painter, mean_leaf_color},
+    sprite::PlacedImpostor,
     toning::Toning,
 };
 use crate::{
-    Error, Result,
+    Camera, Error, Result,
+    bounds::{Aabb, largest_scale},
     draw::{
         instance::{Frame, Instance, ModelId, Prepared},
         look::{Coloring, Look},
+        pages::Pages,
     },
     effects::{Counts, FadeBy, wind::Shape},
-    model::{FoliageModel, Timeline, Transition},
+    model::{FoliageModel, Impostor, Timeline, Transition},
 };
+use glam::Vec3;
 use slotmap::SlotMap;
 use std::collections::HashMap;
 
@@ -49,6 +53,15 @@ struct Model<'a> {
     mean: [f32; 3],
     /// Index of its first material in the painter.
     first_material: u32,
+    /// Its impostor, if the look hands plants over and it has one.
+    far: Option<FarModel<'a>>,
+}
+
+struct FarModel<'a> {
+    impostor: &'a Impostor,
+    pages: Pages,
+    /// Bounding box of all leaves.
+    crown: Aabb,
 }
 
 impl<'a> SoftwareRenderer<'a> {
@@ -78,7 +91,12 @@ impl<'a> SoftwareRenderer<'a> {
         };
         let first_material = self.painter.add(&model.materials, &model.textures)?;
         let (timeline, shape) = (Timeline::new(model), Shape::new(&model.aabb()));
-        Ok(self.models.insert(Model { model, timeline, shape, mean, first_material }))
+        let far = self.look.far.and(model.impostor.as_ref()).map(|impostor| FarModel {
+            impostor,
+            pages: Pages::new(impostor),
+            crown: Aabb::of_points(model.vertices.iter().map(|vertex| vertex.position)),
+        });
+        Ok(self.models.insert(Model { model, timeline, shape, mean, first_material, far }))
     }
 
     /// Draws a frame; `size` is its width and height in pixels. Instances of unknown models are
@@ -88,35 +106,72 @@ impl<'a> SoftwareRenderer<'a> {
     /// [`Error::InvalidOption`] for a size or camera that cannot be drawn, [`Error::TooLarge`] for
     /// more than eight million triangles.
     pub fn draw(&self, frame: impl Into<Frame>, instances: &[Instance], size: [u32; 2]) -> Result<Drawing> {
-        let frame = frame.into();
+        let background = self.look.landscape().map_or(Background::Sky, Background::Landscape);
+        self.draw_before(background, &frame.into(), instances, size)
+    }
+
+    /// Same as [`draw`](Self::draw) without anything behind the plants: alpha is the covered
+    /// fraction of each pixel.
+    ///
+    /// # Errors
+    /// Same as [`draw`](Self::draw).
+    pub fn cutout(&self, frame: impl Into<Frame>, instances: &[Instance], size: [u32; 2]) -> Result<Drawing> {
+        self.draw_before(Background::Transparent, &frame.into(), instances, size)
+    }
+
+    fn draw_before(
+        &self,
+        background: Background,
+        frame: &Frame,
+        instances: &[Instance],
+        size: [u32; 2],
+    ) -> Result<Drawing> {
         let (look, effects) = (&self.look, &self.look.effects);
-        let known = instances.iter().filter_map(|instance| Some((self.models.get(instance.model)?, instance)));
-        let known: Vec<(&Model<'a>, &Instance)> = known.collect();
-        check_triangles(&known)?;
+        let camera = frame.jittered();
+        let known = instances.iter().filter_map(|instance| {
+            let model = self.models.get(instance.model)?;
+            Some((model, instance, model.share(look, instance, &camera)))
+        });
+        let known: Vec<(&Model<'a>, &Instance, f32)> = known.collect();
+        let near: Vec<(&Model<'a>, &Instance)> =
+            known.iter().filter(|(.., share)| *share < 1.0).map(|&(model, instance, _)| (model, instance)).collect();
+        check_triangles(&near)?;
         let mut prepared = Prepared { draws: 1, effects: Counts::of(effects), ..Prepared::default() };
-        let lists = self.lists(&known, &mut prepared);
+        let lists = self.lists(&near, &mut prepared);
         let moment = effects.wind.map(|wind| wind.at(frame.seconds));
-        let placed: Vec<Placed<'_>> = known
-            .iter()
-            .map(|(model, instance)| {
-                let tone = self.toning(model, instance);
-                let sway = moment.map(|moment| moment.sway(&model.shape, &instance.world_from_plant));
-                Placed { tone, sway, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
+        let sway = |model: &Model<'_>, instance: &Instance| {
+            moment.map(|moment| moment.sway(&model.shape, &instance.world_from_plant))
+        };
+        let with_leaves = known.iter().filter(|(.., share)| *share < 1.0);
+        let placed: Vec<Placed<'_>> = with_leaves
+            .map(|&(model, instance, far)| {
+                let (tone, sway) = (self.toning(model, instance), sway(model, instance));
+                Placed { tone, sway, far, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
             })
+            .collect();
+        let with_impostors = known.iter().filter(|(.., share)| *share > 0.0);
+        let impostors: Vec<PlacedImpostor<'_>> = with_impostors
+            .filter_map(|&(model, instance, share)| {
+                let FarModel { impostor, pages, crown } = model.far.as_ref()?;
+                let sway = sway(model, instance);
+                let world_from_plant = instance.world_from_plant;
+                Some(PlacedImpostor { impostor, pages, crown: *crown, world_from_plant, sway, share })
+            })
+            .filter(|placed| is_sound(&placed.world_from_plant))
             .collect();
         for plant in &placed {
             let of_leaves = plant.list.parts.iter().filter(|part| part.leaf.is_some()).count();
             prepared.leaves += of_leaves as u64;
             prepared.effects.add_plant();
         }
-        prepared.wood_triangles = known.iter().map(|(model, _)| model.model.wood.triangles() as u64).sum();
-        prepared.instances = placed.iter().filter(|plant| plant.is_sound()).count() as u32;
+        prepared.wood_triangles = near.iter().map(|(model, _)| model.model.wood.triangles() as u64).sum();
+        let sound = known.iter().filter(|(_, instance, _)| is_sound(&instance.world_from_plant));
+        prepared.instances = sound.clone().count() as u32;
+        sound.for_each(|&(.., share)| prepared.far.add(share));
         prepared.skipped = instances.len() as u32 - prepared.instances;
         prepared.effects.shadow.iter_mut().for_each(|count| count.skipped = instances.len() as u64);
-        let background = look.landscape().map_or(Background::Sky, Background::Landscape);
         let options = DrawOptions { lighting: look.lighting(), background, ..DrawOptions::default() };
-        let camera = frame.jittered();
-        let image = self.painter.draw_placed(&placed, &camera, size, &options)?;
+        let image = self.painter.draw_all(&placed, &impostors, &camera, size, &options)?;
         Ok(Drawing { image, prepared })
     }
 
@@ -150,6 +205,17 @@ impl<'a> SoftwareRenderer<'a> {
             });
         }
         lists
+    }
+}
+
+impl Model<'_> {
+    /// Share of an instance's samples that its impostor takes.
+    fn share(&self, look: &Look, instance: &Instance, camera: &Camera) -> f32 {
+        let Some((far, model)) = look.far.zip(self.far.as_ref()) else { return 0.0 };
+        let to_world = &instance.world_from_plant;
+        let center = to_world.transform_point3(Vec3::from(model.impostor.center).as_dvec3());
+        let radius = f64::from(model.impostor.radius()) * largest_scale(to_world);
+        far.share_of(camera.diameter_px(center, radius), instance.seed, instance.far)
     }
 }
 

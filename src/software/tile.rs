@@ -10,10 +10,14 @@ use super::{
     light::Light,
     project::{Projected, ScreenTriangle},
     samples::{SAMPLES, sample_steps},
+    sprite::Sprite,
     toning::Toning,
 };
 use crate::{
-    draw::mips::{Mips, SrgbTable},
+    draw::{
+        handover::far_samples,
+        mips::{Mips, SrgbTable},
+    },
     edge::{Edge, SUBPIXEL, twice_area},
     material::Material,
     plant::{OUTLINE_CORNERS, Outline, Tiling},
@@ -24,6 +28,8 @@ use glam::Vec3;
 /// Side of a tile in pixels: its samples fit into a core's second-level cache.
 pub(super) const TILE_PX: u32 = 32;
 const NO_OWNER: u32 = u32::MAX;
+/// Bit of the owners that are sprites.
+const SPRITE: u32 = 1 << 31;
 
 /// Input shared by all tiles.
 pub(super) struct Scene<'a> {
@@ -34,6 +40,9 @@ pub(super) struct Scene<'a> {
     /// One per plant, as in `tones`.
     pub(super) lights: &'a [Light],
     pub(super) tones: &'a [Option<Toning>],
+    /// Share of each plant's samples that are left to its impostor.
+    pub(super) far: &'a [f32],
+    pub(super) sprites: &'a [Sprite<'a>],
     pub(super) is_orthographic: bool,
     /// Whether each sample is shaded on its own: the middle of several may lie on a texel that none
     /// of them shows.
@@ -92,6 +101,7 @@ impl Tile {
         let depth = self.plane(triangle, scene, |corner| corner.nearness as f64);
         let mask = self.alpha_test(triangle, scene);
         let trim = mask.as_ref().zip(triangle.outline).map(|(mask, outline)| mask.trim(outline, &depth));
+        let far = scene.far[triangle.plant as usize];
         for y in y_range {
             for x in x_range.clone() {
                 let pixel = (y * TILE_PX as i64 + x) as usize;
@@ -99,6 +109,9 @@ impl Tile {
                     continue;
                 }
                 let mut covered = coverage(&edges, x, y) & triangle.samples;
+                if far > 0.0 {
+                    covered &= !far_samples(self.global([x, y]).map(|at| at as i32), far, SAMPLES as u32);
+                }
                 if covered != 0 {
                     covered = self.closer(pixel, covered, &depth, triangle.nearest, [x, y]);
                     let kept = mask.as_ref().map_or(covered, |mask| mask.passing(covered, &depth, [x, y]));
@@ -106,6 +119,32 @@ impl Tile {
                 }
             }
         }
+    }
+
+    /// Draws sprite `index` into the samples where it is the nearest so far.
+    pub(super) fn add_sprite(&mut self, index: u32, scene: &Scene<'_>) {
+        let sprite = &scene.sprites[index as usize];
+        let [columns, rows] = [0, 1].map(|axis| {
+            let [first, end] = sprite.bounds[axis].map(|at| (at - self.origin[axis]).clamp(0, TILE_PX as i64));
+            first..end
+        });
+        for y in rows {
+            for x in columns.clone() {
+                let pixel = (y * TILE_PX as i64 + x) as usize;
+                let Some(seen) = sprite.seen(self.global([x, y]), scene.srgb) else { continue };
+                for s in samples(seen.samples).filter(|&s| seen.nearness > self.nearness[pixel][s]).collect::<Vec<_>>()
+                {
+                    self.nearness[pixel][s] = seen.nearness;
+                    self.owner[pixel][s] = SPRITE | index;
+                }
+                self.farthest[pixel] = self.nearness[pixel].iter().copied().fold(f32::INFINITY, f32::min);
+            }
+        }
+    }
+
+    /// A pixel of the tile, in the picture.
+    fn global(&self, at: [i64; 2]) -> [i64; 2] {
+        [0, 1].map(|axis| self.origin[axis] + at[axis])
     }
 
     /// Columns and rows of the tile that the triangle's bounding box touches, relative to the
@@ -182,21 +221,65 @@ impl Tile {
     /// Linear colour and covered fraction of pixel (x, y) of the tile; the colour is already
     /// weighted by the fraction.
     pub(super) fn resolve(&self, x: u32, y: u32, scene: &Scene<'_>) -> (Vec3, f32) {
+        let (mut color, mut count) = (Vec3::ZERO, 0);
+        for (owner, same) in self.owners(x, y, scene) {
+            color += self.shade(owner, same, [x as i64, y as i64], scene) * same.count_ones() as f32;
+            count += same.count_ones();
+        }
+        (color / SAMPLES as f32, count as f32 / SAMPLES as f32)
+    }
+
+    /// Sum of what the samples of pixel (x, y) of the tile show, without light.
+    pub(super) fn surfaces(&self, x: u32, y: u32, scene: &Scene<'_>) -> Surfaces {
+        let mut sum = Surfaces::default();
+        for (owner, same) in self.owners(x, y, scene) {
+            let shown = self.shown(owner, same, [x as i64, y as i64], scene);
+            let flip = if shown.two_sided && shown.normal.dot(shown.from_eye) > 0.0 { -1.0 } else { 1.0 };
+            let count = same.count_ones() as f32;
+            let depths = samples(same).map(|s| self.nearness[(y * TILE_PX + x) as usize][s]);
+            sum.add(&Surfaces {
+                albedo: shown.albedo * count,
+                normal: (shown.normal * flip).normalize_or_zero() * count,
+                depth: depths.sum(),
+                leaves: if shown.is_leaf { count } else { 0.0 },
+                samples: count,
+            });
+        }
+        sum
+    }
+
+    /// Owners of the samples of a pixel, each with the mask of those to shade together.
+    fn owners(&self, x: u32, y: u32, scene: &Scene<'_>) -> impl Iterator<Item = (u32, u32)> {
         let owners = &self.owner[(y * TILE_PX + x) as usize];
         let mut open: u32 = (0..SAMPLES).filter(|&s| owners[s] != NO_OWNER).fold(0, |open, s| open | 1 << s);
-        let share = open.count_ones() as f32 / SAMPLES as f32;
-        let mut color = Vec3::ZERO;
-        while open != 0 {
-            let owner = owners[open.trailing_zeros() as usize];
-            let alike = if scene.full_textures { open & open.wrapping_neg() } else { open };
+        let full_textures = scene.full_textures;
+        std::iter::from_fn(move || {
+            let first = (open != 0).then(|| open.trailing_zeros() as usize)?;
+            let owner = owners[first];
+            let alike = if full_textures { open & open.wrapping_neg() } else { open };
             let same = samples(alike).filter(|&s| owners[s] == owner).fold(0, |same, s| same | 1 << s);
-            color += self.shade(owner, same, [x as i64, y as i64], scene) * same.count_ones() as f32;
             open &= !same;
-        }
-        (color / SAMPLES as f32, share)
+            Some((owner, same))
+        })
     }
 
     fn shade(&self, owner: u32, at_samples: u32, at: [i64; 2], scene: &Scene<'_>) -> Vec3 {
+        if owner & SPRITE != 0 {
+            let sprite = &scene.sprites[(owner & !SPRITE) as usize];
+            return sprite.seen(self.global(at), scene.srgb).map_or(Vec3::ZERO, |seen| sprite.shade(&seen));
+        }
+        let Shown { albedo, normal, from_eye, is_leaf, two_sided } = self.shown(owner, at_samples, at, scene);
+        let triangle = &scene.projected.triangles[owner as usize];
+        let light = &scene.lights[triangle.plant as usize];
+        let color = light.reflected(albedo, normal, from_eye, is_leaf, two_sided);
+        match scene.tones[triangle.plant as usize] {
+            Some(tone) if is_leaf => toned(color.into(), tone.mean, triangle.kept).into(),
+            _ => color,
+        }
+    }
+
+    /// What a triangle shows in the middle of some samples of a pixel.
+    fn shown(&self, owner: u32, at_samples: u32, at: [i64; 2], scene: &Scene<'_>) -> Shown {
         let triangle = &scene.projected.triangles[owner as usize];
         let corners = triangle.corners.map(|corner| &scene.projected.corners[corner as usize]);
         let [a, b, c] = corners.map(|corner| corner.at);
@@ -216,15 +299,47 @@ impl Tile {
         let texel = texel.map_or(Vec3::ONE, |mips| mips.color(triangle.level, uv, scene.srgb).into());
         let material = scene.materials.get(triangle.material as usize);
         let base = material.map_or(Vec3::ONE, |m| Vec3::new(m.base_color[0], m.base_color[1], m.base_color[2]));
-        let two_sided = triangle.leaf.is_some() || material.is_some_and(|material| material.double_sided);
-        let normal = mix(&|i| corners[i].normal);
-        let light = &scene.lights[triangle.plant as usize];
-        let from_eye = mix(&|i| corners[i].from_eye);
-        let color = light.reflected(base * texel * factor, normal, from_eye, triangle.leaf.is_some(), two_sided);
-        match scene.tones[triangle.plant as usize] {
-            Some(tone) if triangle.leaf.is_some() => toned(color.into(), tone.mean, triangle.kept).into(),
-            _ => color,
+        let is_leaf = triangle.leaf.is_some();
+        Shown {
+            albedo: base * texel * factor,
+            normal: mix(&|i| corners[i].normal),
+            from_eye: mix(&|i| corners[i].from_eye),
+            is_leaf,
+            two_sided: is_leaf || material.is_some_and(|material| material.double_sided),
         }
+    }
+}
+
+/// What one triangle shows in a pixel.
+struct Shown {
+    /// Linear colour without light.
+    albedo: Vec3,
+    normal: Vec3,
+    from_eye: Vec3,
+    is_leaf: bool,
+    two_sided: bool,
+}
+
+/// Sum of what samples show, without light.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Surfaces {
+    pub(super) albedo: Vec3,
+    /// Unit normals, turned towards the eye.
+    pub(super) normal: Vec3,
+    /// Depth as of [`Corner::nearness`](super::project::Corner::nearness).
+    pub(super) depth: f32,
+    pub(super) leaves: f32,
+    /// Number of samples.
+    pub(super) samples: f32,
+}
+
+impl Surfaces {
+    pub(super) fn add(&mut self, other: &Self) {
+        self.albedo += other.albedo;
+        self.normal += other.normal;
+        self.depth += other.depth;
+        self.leaves += other.leaves;
+        self.samples += other.samples;
     }
 }
 

@@ -24,6 +24,7 @@
 
 mod fault;
 mod foliage;
+mod impostor;
 mod ints;
 mod leaves;
 mod numbers;
@@ -52,7 +53,7 @@ pub struct ModelFile {
     /// Version of the format.
     pub version: u32,
     /// Parts of the file: `table`, `about`, `leaf_records`, `leaf_vertices`, `wood`, `textures`,
-    /// `shapes`, `outlines`, `growth`, `intrinsic`, `fill`.
+    /// `shapes`, `outlines`, `growth`, `intrinsic`, `impostor`, `fill`.
     pub parts: Vec<Part>,
     /// Sections that were skipped because this version of the program does not know them, by their
     /// tags. Worth a warning: the model was made by a newer one.

@@ -81,6 +81,7 @@ pub(super) fn decode_model(path: &Path, head: &Head, file: &[u8]) -> Result<Foli
         precision: Precision::EXACT,
         growth: Growth::default(),
         copies: Vec::new(),
+        impostor: None,
     })
 }
 

@@ -11,6 +11,7 @@
 //! | `OUTL` | outlines of cards; left out if there are none, and may be skipped |
 //! | `GROW` | how enlarged leaves are drawn; left out if plainly scaled, and may be skipped |
 //! | `INTR` | intrinsic cost of the recipe; left out if it is 0, and may be skipped |
+//! | `IMPO` | impostor; left out if there is none, and may be skipped |
 //! | `FILL` | zeros, if the file would else take too much memory for its size; may be skipped |
 //!
 //! Each is a record whose byte fields are streams: columns of integers, split into byte planes and
@@ -20,6 +21,7 @@ use super::{
     super::{FoliageModel, Growth, Precision, Recipe},
     fault::{Decoded, MAX_FILE_BYTES, damaged, damaged_in},
     foliage::Foliage,
+    impostor::PackedImpostor,
     leaves::Leaves,
     records::{as_bytes, decode, encode},
     shapes::{Shapes, Sources},
@@ -39,9 +41,10 @@ const SHAPES: Tag = *b"SHAP";
 const OUTLINES: Tag = *b"OUTL";
 const GROWTH: Tag = *b"GROW";
 const INTRINSIC: Tag = *b"INTR";
+const IMPOSTOR: Tag = *b"IMPO";
 const FILL: Tag = *b"FILL";
 /// Tags in the order in which the sections are written, and what they hold.
-pub(super) const SECTIONS: [(Tag, &str); 10] = [
+pub(super) const SECTIONS: [(Tag, &str); 11] = [
     (*b"ABOU", "about"),
     (*b"LEAF", "leaf_records"),
     (*b"VERT", "leaf_vertices"),
@@ -51,6 +54,7 @@ pub(super) const SECTIONS: [(Tag, &str); 10] = [
     (OUTLINES, "outlines"),
     (GROWTH, "growth"),
     (INTRINSIC, "intrinsic"),
+    (IMPOSTOR, "impostor"),
     (FILL, "fill"),
 ];
 
@@ -89,8 +93,9 @@ impl Counts {
     }
 
     /// Length of the smallest file that accounts for the memory that reading these elements takes,
-    /// `copied` vertices and indices among them in copies of shapes. `None` if that is too much.
-    fn least_bytes(&self, copied: Option<[u64; 2]>) -> Option<u64> {
+    /// `copied` vertices and indices among them in copies of shapes, and `impostor` bytes. `None` if
+    /// that is too much.
+    fn least_bytes(&self, copied: Option<[u64; 2]>, impostor: u64) -> Option<u64> {
         let [in_copies, most] = [copied.unwrap_or_default(), [MAX_ELEMENTS as u64; 2]];
         let all = [self.vertices, self.indices, self.wood_vertices, self.wood_indices];
         let within = self.leaves <= MAX_LEAVES as u64 && all.iter().all(|&count| count <= most[0]);
@@ -101,7 +106,7 @@ impl Counts {
         let leaves = (128 + 96 * u64::from(copied.is_some())) * self.leaves;
         let vertices = 80 * (self.vertices - in_copies[0] + self.wood_vertices) + 48 * in_copies[0];
         let indices = 12 * (self.indices - in_copies[1] + self.wood_indices) + 4 * in_copies[1];
-        Some((leaves + vertices + indices).saturating_sub(MEMORY[0]).div_ceil(MEMORY[1]))
+        Some((leaves + vertices + indices + impostor).saturating_sub(MEMORY[0]).div_ceil(MEMORY[1]))
     }
 }
 
@@ -137,6 +142,7 @@ pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
         (leaves, wood.join().unwrap_or_else(|panic| resume_unwind(panic)))
     });
     let LeafSections { leaves, vertices, shapes, copied } = leaf_sections?;
+    let impostor = model.impostor.as_ref().map(PackedImpostor::encode);
     let records = [
         encode(&about)?,
         leaves,
@@ -147,15 +153,17 @@ pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
         encode_if(!model.outlines.is_empty(), &model.outlines)?,
         encode_if(model.growth != Growth::default(), &model.growth)?,
         encode_if(model.recipe.intrinsic != 0.0, &model.recipe.intrinsic)?,
+        impostor.as_ref().map(encode).transpose()?.unwrap_or_default(),
         Vec::new(),
     ];
-    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, FILL].contains(&tag);
+    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, IMPOSTOR, FILL].contains(&tag);
     let sections = SECTIONS
         .iter()
         .zip(records)
         .map(|((tag, _), record)| (*tag, if is_required(*tag) { REQUIRED } else { 0 }, record));
     let mut sections: Vec<(Tag, u32, Vec<u8>)> = sections.filter(|(.., record)| !record.is_empty()).collect();
-    let missing = counts.least_bytes(copied).unwrap_or_default().saturating_sub(joined_bytes(&sections));
+    let of_impostor = impostor.as_ref().map_or(0, PackedImpostor::memory);
+    let missing = counts.least_bytes(copied, of_impostor).unwrap_or_default().saturating_sub(joined_bytes(&sections));
     if missing > 0 && missing <= MAX_FILE_BYTES {
         sections.push((FILL, 0, vec![0; missing as usize]));
     }
@@ -217,11 +225,13 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     if !(0.0..=1.0).contains(&intrinsic) {
         return Err(damaged(path, format!("section INTR: {intrinsic}")));
     }
+    let impostor = damaged_in(path, "IMPO", found(IMPOSTOR).map(decode::<PackedImpostor<'_>>).transpose())?;
     let about: About = damaged_in(path, "ABOU", decode(about?))?;
     let counts = about.counts;
     let shapes = damaged_in(path, "SHAP", shapes)?;
     let copied = shapes.as_ref().map(Shapes::copied);
-    if counts.least_bytes(copied).is_none_or(|least| least > file.len() as u64) {
+    let of_impostor = impostor.as_ref().map_or(0, PackedImpostor::memory);
+    if counts.least_bytes(copied, of_impostor).is_none_or(|least| least > file.len() as u64) {
         return Err(damaged(path, format!("{counts:?}, {copied:?} in copies, in a file of {} bytes", file.len())));
     }
     let mut leaves = damaged_in(path, "LEAF", decode_leaves(leaves?, counts.leaves as usize))?;
@@ -257,6 +267,7 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
         precision: about.precision,
         growth: damaged_in(path, "GROW", growth)?,
         copies,
+        impostor: damaged_in(path, "IMPO", impostor.map(|packed| packed.decode()).transpose())?,
     })
 }
 

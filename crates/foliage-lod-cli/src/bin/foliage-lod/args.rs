@@ -6,7 +6,7 @@ use foliage_lod::{
     effects::FadeBy,
     import::{Group, ImportOptions, Up, VertexColors},
     simplify::{Compensate, Criterion, GrowBy, SimplifyOptions},
-    software::MAX_IMAGE_SIDE,
+    software::{BakeOptions, MAX_IMAGE_SIDE},
     stochastic::AreaRule,
 };
 use std::path::PathBuf;
@@ -30,6 +30,8 @@ pub struct Args {
 pub enum Command {
     /// Simplify a tree file into a model with continuous level of detail.
     Simplify(Simplify),
+    /// Add an impostor to a model: pictures from all around, drawn in its place far away.
+    Bake(Bake),
     /// Show the contents of a model or scene, or which parts of a tree file would become leaves and
     /// why.
     Inspect(Inspect),
@@ -147,6 +149,10 @@ pub struct Simplify {
     /// drawn. Changes neither the order nor the scales of the leaves.
     #[arg(long, value_enum, default_value_t = Switch::On)]
     pub trim: Switch,
+    /// Also bake an impostor: frames along each side of the lattice of directions, and their side
+    /// in pixels.
+    #[arg(long, value_name = "FRAMESxPX", value_parser = frames, num_args = 0..=1, default_missing_value = "12x64")]
+    pub far: Option<Frames>,
     #[command(flatten)]
     pub import: Import,
     /// Processor that captures the fragments; auto uses a hardware GPU if there is one.
@@ -162,6 +168,25 @@ pub struct Simplify {
     /// Also render the model with 100, 50 and 15 % of its leaves into this folder.
     #[arg(long, value_name = "FOLDER")]
     pub pictures: Option<PathBuf>,
+    /// Print one JSON object instead of a line per step.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `foliage-lod bake`.
+#[derive(Parser)]
+pub struct Bake {
+    /// The model (.vds).
+    pub model: PathBuf,
+    /// Model file to write; may be the same.
+    #[arg(short, long, value_name = "OUT.vds")]
+    pub output: PathBuf,
+    /// Frames along each side of the lattice of directions, and their side in pixels.
+    #[arg(long, value_name = "FRAMESxPX", value_parser = frames, default_value = "12x64")]
+    pub far: Frames,
+    /// Also draw the frames that are seen from below.
+    #[arg(long)]
+    pub whole_sphere: bool,
     /// Print one JSON object instead of a line per step.
     #[arg(long)]
     pub json: bool,
@@ -264,6 +289,9 @@ pub struct Render {
     /// Random seed that selects the leaves kept in a stochastic picture.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Draw the model's impostor where the tree has at most this diameter in pixels.
+    #[arg(long, value_name = "PX")]
+    pub far: Option<f32>,
     /// Rule for enlarging the leaves of a stochastic picture.
     #[arg(long, value_parser = variant::<AreaRule>(), default_value_t)]
     pub area: AreaRule,
@@ -302,8 +330,9 @@ pub struct Render {
 
 impl Render {
     /// Options that a scene file replaces, and whether each one is set.
-    pub fn not_for_scenes(&self) -> [(&'static str, bool); 12] {
+    pub fn not_for_scenes(&self) -> [(&'static str, bool); 13] {
         [
+            ("--far", self.far.is_some()),
             ("--distance", self.distance.is_some()),
             ("--row", self.row.is_some()),
             ("--ring", self.ring.is_some()),
@@ -372,6 +401,19 @@ impl Report {
     pub fn against_methods(&self) -> usize {
         usize::from(!self.against.is_empty())
     }
+}
+
+/// Sizes of an impostor.
+#[derive(Clone, Copy)]
+pub struct Frames(pub BakeOptions);
+
+/// Parses the sizes of an impostor, such as 12x64.
+fn frames(text: &str) -> Result<Frames, String> {
+    let numbers = text.split_once('x').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    let (across, frame_px) = numbers.ok_or("two numbers such as 12x64 are needed")?;
+    let options = BakeOptions { across, frame_px, ..BakeOptions::default() };
+    options.check().map_err(|error| error.to_string())?;
+    Ok(Frames(options))
 }
 
 /// Parses a fraction above 0 and at most 1.

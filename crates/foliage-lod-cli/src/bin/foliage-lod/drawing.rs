@@ -82,6 +82,8 @@ fn frame(staging: &Staging<'_>) -> Frame {
 fn instances(ids: &[ModelId], plants: &[Shown]) -> Vec<Instance> {
     let instance = |plant: &Shown| Instance {
         leaf_scale: plant.leaf_scale,
+        far: plant.far,
+        seed: plant.seed,
         ..Instance::new(ids[plant.model], plant.world_from_plant, plant.active)
     };
     plants.iter().map(instance).collect()

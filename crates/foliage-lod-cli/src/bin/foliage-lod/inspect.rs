@@ -2,7 +2,7 @@
 //! would become leaves and why.
 
 use crate::{
-    args,
+    args, baking,
     failure::Failure,
     output::{self, Steps, merged, recipe_json},
     progress::spinning,
@@ -158,6 +158,10 @@ fn tell_model(file: &ModelFile) -> Result<(), Failure> {
     output::line(format_args!("invariants: all hold; largest scale {}", model.max_scale))?;
     tell_storage(file)?;
     tell_outlines(model)?;
+    if let Some(impostor) = &model.impostor {
+        let bytes = DecimalBytes(impostor.gpu_bytes());
+        output::line(format_args!("{}, {bytes} on the GPU", baking::summary(model)))?;
+    }
     let way = if model.growth.tiles { "tiles" } else { "scale" };
     output::line(format_args!("leaves grow by {way}, with tone {:.2}", model.growth.tone))?;
     material_lines(&model.materials).iter().try_for_each(output::line)?;

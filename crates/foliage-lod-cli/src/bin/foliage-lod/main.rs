@@ -4,6 +4,7 @@
 //! failure, 2 for an invalid command line and 130 when interrupted.
 
 mod args;
+mod baking;
 mod drawing;
 mod failure;
 mod grow;
@@ -51,6 +52,7 @@ fn run() -> Result<(), Failure> {
     match args.command {
         None => quickstart::run(),
         Some(Command::Simplify(args)) => simplify::run(&args),
+        Some(Command::Bake(args)) => baking::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Grow(args)) => grow::run(&args),
         Some(Command::Render(args)) => render::run(&args),

@@ -14,8 +14,9 @@ use crate::{
 };
 use foliage_lod::{
     Error, FoliageModel, Look, Result,
+    draw::FarCounts,
     effects::{Contrast, CrownNormals, Effects, Fade, FadeRule as Rule, Translucency, Wind},
-    extract::{self, CookLambda, LodPolicy, fewest_leaves, leaf_count},
+    extract::{self, CookLambda, Far, LodPolicy, fewest_leaves, leaf_count},
     file,
     simplify::CpuFragments,
     stochastic::Stochastic,
@@ -39,7 +40,14 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     }
     let model = models::read(&args.model)?;
     let planting = planting(args, &model)?;
-    let look = Look { effects: effects(args), tone: args.tone == args::Switch::On, ..Look::default() };
+    if args.far.is_some() && model.impostor.is_none() {
+        let fix =
+            format!("left out, since the model has none; make one: foliage-lod bake {0} -o {0}", args.model.display());
+        return Err(Error::invalid("--far", "given", fix).into());
+    }
+    let far = args.far.map(|at_px| Far { at_px, ..Far::default() });
+    far.map_or(Ok(()), |far| far.check())?;
+    let look = Look { effects: effects(args), tone: args.tone == args::Switch::On, far, ..Look::default() };
     steps.done("read", format!("{}: {} leaves", model.name, HumanCount(model.leaves.len() as u64)))?;
     let plants = planting.plants.len();
     if args.method == Method::Stochastic {
@@ -82,6 +90,11 @@ fn finish(
         drawing.place()
     );
     steps.done("draw", result)?;
+    let FarCounts { leaves, both, impostors } = drawing.prepared.far;
+    if staging.look.far.is_some() && !args.json {
+        let [leaves, both, impostors] = [leaves, both, impostors].map(|count| HumanCount(count.into()));
+        output::line(format_args!("far       {leaves} trees by leaves, {both} by both, {impostors} by impostors"))?;
+    }
     for (name, count) in drawing.prepared.effects.named() {
         let (simulated, skipped) = (HumanCount(count.simulated), HumanCount(count.skipped));
         if !args.json {
@@ -99,12 +112,18 @@ fn finish(
             "leaves_drawn": drawing.prepared.leaves,
             "instances": staging.plants.len(),
             "draws": drawing.prepared.draws,
+            "plants_by": far_json(&drawing.prepared.far),
             "effects": effects,
             "adapter": drawing.adapter,
             "seconds": steps.total_seconds(),
         }))?;
     }
     Ok(())
+}
+
+/// Numbers of plants by what they are drawn with.
+fn far_json(far: &FarCounts) -> Value {
+    json!({ "leaves": far.leaves, "both": far.both, "impostor": far.impostors })
 }
 
 fn check_numbers(args: &args::Render) -> Result<()> {

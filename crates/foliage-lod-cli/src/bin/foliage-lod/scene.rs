@@ -1,7 +1,7 @@
 //! Opens scenes: loads or grows their models and stages their frames.
 
 use crate::{
-    models,
+    baking, models,
     output::Steps,
     pictures::DIRECTION,
     progress::{Bars, spinning},
@@ -16,6 +16,7 @@ use foliage_lod::{
     grow::{GrowOptions, Species, grow},
     scene::{Active, Kind, ModelSource, Placement, Planted, SceneFile},
     simplify::{CpuFragments, SimplifyOptions, simplify},
+    software::BakeOptions,
 };
 use indicatif::HumanCount;
 use std::path::{Path, PathBuf};
@@ -80,7 +81,11 @@ impl Opened {
         }
         let mut models = Vec::new();
         for source in &scene.models {
-            let model = load(source, folder)?;
+            let mut model = load(source, folder)?;
+            if scene.far.is_some() && model.impostor.is_none() {
+                model.impostor = Some(baking::bake(&model, &BakeOptions::default())?);
+                steps.done("bake", format!("{}: {}", source.name, baking::summary(&model)))?;
+            }
             let (leaves, wood) = (HumanCount(model.leaves.len() as u64), HumanCount(model.wood.triangles() as u64));
             steps.done("model", format!("{}: {leaves} leaves, {wood} wood triangles", source.name))?;
             models.push(model);
@@ -141,7 +146,14 @@ impl Opened {
             height: ground.height,
             haze: ground.haze.unwrap_or(HAZE_RADII[0] * self.near / NEAR_RADII + HAZE_RADII[1] * self.around.radius),
         });
-        Look { effects: self.file.effects, tone: self.file.tone, lighting, ground, ..Look::default() }
+        Look {
+            effects: self.file.effects,
+            tone: self.file.tone,
+            lighting,
+            ground,
+            far: self.file.far,
+            ..Look::default()
+        }
     }
 
     /// The camera at time `seconds`, for a picture with aspect ratio `aspect`.
@@ -170,9 +182,10 @@ impl Opened {
 
     fn selected(&self, full: bool) -> Vec<Shown> {
         let shown = |active: &Active| {
-            let Planted { model, world_from_plant } = self.planted[active.instance as usize];
+            let (seed, Planted { model, world_from_plant }) = (active.instance, self.planted[active.instance as usize]);
             let leaves = self.models[model].leaves.len() as f32;
-            Shown { model, world_from_plant, active: if full { leaves } else { active.count }, leaf_scale: 1.0 }
+            let (active, far) = if full { (leaves, None) } else { (active.count, Some(active.far)) };
+            Shown { model, world_from_plant, active, leaf_scale: 1.0, far, seed }
         };
         self.active.iter().map(shown).collect()
     }

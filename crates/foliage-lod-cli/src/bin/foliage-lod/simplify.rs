@@ -1,7 +1,7 @@
 //! `foliage-lod simplify`: simplifies a tree file into a model.
 
 use crate::{
-    args,
+    args, baking,
     failure::{Failure, complain},
     output::{self, Steps},
     pictures,
@@ -53,6 +53,10 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     if !args.exact {
         model.quantize();
     }
+    if let Some(far) = &args.far {
+        model.impostor = Some(baking::bake(&model, &far.0)?);
+        steps.done("bake", baking::summary(&model))?;
+    }
     let bytes = model.to_bytes()?;
     file::write_whole(&args.output, &bytes)?;
     let size = DecimalBytes(bytes.len() as u64);
@@ -85,6 +89,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
             "warnings": output::warnings_json(&warnings),
             "peak_bytes": peak_bytes(),
             "model_bytes": bytes.len(),
+            "impostor": model.impostor.as_ref().map(baking::to_json),
             "precision": output::precision_json(&model.precision),
         });
         output::line(output::merged(output::recipe_json(&model.recipe), about))?;

@@ -31,6 +31,10 @@ pub struct Shown {
     pub active: f32,
     /// Factor applied to every leaf's scale.
     pub leaf_scale: f32,
+    /// Least share of the plant that its impostor takes; `None` for leaves at any size.
+    pub far: Option<f32>,
+    /// Tells plants apart.
+    pub seed: u32,
 }
 
 impl<'a> Staging<'a> {
@@ -44,9 +48,9 @@ impl<'a> Staging<'a> {
         seconds: f64,
         drawn: impl Fn(f32) -> (f32, f32),
     ) -> Self {
-        let plants = planting.plants.iter().map(|plant| {
+        let plants = (0..).zip(&planting.plants).map(|(seed, plant)| {
             let (active, leaf_scale) = drawn(plant.distance);
-            Shown { model: 0, world_from_plant: plant.world_from_plant, active, leaf_scale }
+            Shown { model: 0, world_from_plant: plant.world_from_plant, active, leaf_scale, far: Some(0.0), seed }
         });
         let models = std::slice::from_ref(model);
         let camera = planting.camera.camera(height_px);

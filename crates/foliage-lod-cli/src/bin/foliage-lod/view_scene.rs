@@ -3,8 +3,9 @@
 use crate::{args, failure::Failure, orbit, output::Steps, scene::Opened, staging::Shown};
 use foliage_lod::{
     FoliageRenderer, Frame, Instance, Look, LookAt, Result,
-    draw::{ModelId, Prepared},
+    draw::{Coloring, FarCounts, ModelId, Prepared},
     effects::Effects,
+    extract::Far,
     gpu::{GpuDevice, TargetFormat},
 };
 use foliage_lod_cli::window::{self, Stage, egui};
@@ -31,8 +32,12 @@ struct Viewer {
     ids: Vec<ModelId>,
     /// Whether each effect is on.
     is_on: [bool; EFFECTS.len()],
-    /// Effects that the renderer was created with.
-    made_for: Effects,
+    /// Effects and hand-over that the renderer was created with.
+    made_for: (Effects, Option<Far>),
+    /// When trees are handed over to impostors, if the scene says so.
+    far: Option<Far>,
+    /// Whether trees are coloured by what they are drawn with, and whether the renderer does so.
+    shows_parts: [bool; 2],
     draws_all: bool,
     is_playing: bool,
     seconds: f64,
@@ -70,6 +75,7 @@ impl Viewer {
             of_file.shadow.is_some(),
             of_file.sky.is_some(),
         ];
+        let opened_far = opened.file.far;
         let (foliage, ids) = renderer(gpu, target, &opened, opened.look())?;
         Ok(Self {
             opened,
@@ -77,7 +83,9 @@ impl Viewer {
             foliage,
             ids,
             is_on,
-            made_for: of_file,
+            made_for: (of_file, opened_far),
+            far: opened_far,
+            shows_parts: [false; 2],
             draws_all: false,
             is_playing: true,
             seconds: 0.0,
@@ -142,6 +150,11 @@ impl Stage for Viewer {
         for ((name, _), is_on) in EFFECTS.iter().zip(&mut self.is_on) {
             ui.checkbox(is_on, *name);
         }
+        if let Some(far) = &mut self.far {
+            ui.separator();
+            ui.add(egui::Slider::new(&mut far.at_px, 0.0..=256.0).text("impostors below (pixels)"));
+            ui.checkbox(&mut self.shows_parts[0], "colour leaves green, impostors orange");
+        }
         ui.separator();
         ui.checkbox(&mut self.is_playing, "animate");
         ui.add(egui::Slider::new(&mut self.seconds, 0.0..=120.0).text("seconds"));
@@ -149,10 +162,14 @@ impl Stage for Viewer {
             self.moved = None;
         }
         ui.separator();
-        let Prepared { leaves, wood_triangles, draws, effects, .. } = self.prepared;
+        let Prepared { leaves, wood_triangles, draws, effects, far, .. } = self.prepared;
         ui.label(format!("{} leaves drawn", HumanCount(leaves)));
         ui.label(format!("{} wood triangles", HumanCount(wood_triangles)));
         ui.label(format!("{draws} draw calls"));
+        if self.far.is_some() {
+            let FarCounts { leaves, both, impostors } = far;
+            ui.label(format!("trees by leaves {leaves}, by both {both}, by impostors {impostors}"));
+        }
         for (name, count) in effects.named() {
             ui.label(format!(
                 "{name}: {} simulated, {} skipped",
@@ -178,17 +195,26 @@ impl Stage for Viewer {
 
     fn prepare(&mut self, gpu: &GpuDevice, size: [u32; 2]) -> Result<()> {
         let effects = self.effects();
-        if effects != self.made_for {
-            let look = Look { effects, ..self.opened.look() };
+        if (effects, self.far) != self.made_for {
+            let look = Look { effects, far: self.far, ..self.opened.look() };
             (self.foliage, self.ids) = renderer(gpu, self.target, &self.opened, look)?;
-            self.made_for = effects;
+            self.made_for = (effects, self.far);
+            self.shows_parts[1] = false;
+        }
+        if self.shows_parts[0] != self.shows_parts[1] {
+            self.shows_parts[1] = self.shows_parts[0];
+            self.foliage.set_coloring(if self.shows_parts[0] { Coloring::Parts } else { Coloring::Picture });
         }
         if self.is_playing {
             self.seconds = (self.seconds + self.last_frame.elapsed().as_secs_f64()) % 120.0;
         }
         self.last_frame = Instant::now();
         let camera = self.camera(size).camera(size[1]);
-        let instance = |shown: &Shown| Instance::new(self.ids[shown.model], shown.world_from_plant, shown.active);
+        let instance = |shown: &Shown| Instance {
+            far: shown.far,
+            seed: shown.seed,
+            ..Instance::new(self.ids[shown.model], shown.world_from_plant, shown.active)
+        };
         let seen: Vec<Instance> = self.opened.shown(&camera, self.draws_all).iter().map(instance).collect();
         let casters = self.opened.casters(&camera, self.draws_all, &effects);
         let casters: Vec<Instance> = casters.iter().map(instance).collect();

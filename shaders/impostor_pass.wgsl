@@ -1,0 +1,319 @@
+// Impostors of plants of one model: a sprite for each plant, from pictures of the model of which the
+// three around the direction to the eye are blended. Twin of software/sprite.rs.
+
+struct Impostor {
+    // Middle of every picture, in local space.
+    center: vec3<f32>,
+    // Half the side of a picture.
+    half_side: f32,
+    // Radius of the plant's bounding sphere.
+    radius: f32,
+    // Side of a picture without its margin, in texels.
+    texels: f32,
+    // Pictures along each side of the lattice.
+    across: u32,
+    is_whole_sphere: u32,
+}
+
+@group(0) @binding(10) var<uniform> impostor: Impostor;
+// Colour and coverage.
+@group(0) @binding(11) var colors: texture_2d_array<f32>;
+// Mean normal to the right and up, depth, and a code of the part towards the viewer.
+@group(0) @binding(12) var surfaces: texture_2d_array<f32>;
+@group(0) @binding(13) var clamping: sampler;
+
+struct Sprite {
+    @builtin(position) clip: vec4<f32>,
+    // On the plane through the centre that faces the eye, relative to the centre, at the plant's own
+    // size.
+    @location(0) at: vec3<f32>,
+    // The same in pixels along the sides of the sprite.
+    @location(1) at_px: vec2<f32>,
+    // Position of the eye relative to the centre, and unit vectors towards the sun and upwards.
+    @location(2) @interpolate(flat) eye: vec3<f32>,
+    @location(3) @interpolate(flat) towards_sun: vec3<f32>,
+    @location(4) @interpolate(flat) upwards: vec3<f32>,
+    // Pictures around the direction to the eye, their directions and weights.
+    @location(5) @interpolate(flat) layers: vec3<u32>,
+    @location(6) @interpolate(flat) weights: vec3<f32>,
+    @location(7) @interpolate(flat) towards_0: vec3<f32>,
+    @location(8) @interpolate(flat) towards_1: vec3<f32>,
+    @location(9) @interpolate(flat) towards_2: vec3<f32>,
+    // Mip level, and part of its coverage that a sprite keeps which is drawn larger than it is.
+    @location(10) @interpolate(flat) level: f32,
+    @location(11) @interpolate(flat) kept: f32,
+    @location(12) @interpolate(flat) instance: u32,
+}
+
+@vertex
+fn impostor_corner(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Sprite {
+    let instance = instances[number];
+    let placed = surface_of(number, instance);
+    var sprite: Sprite;
+    sprite.instance = number;
+    sprite.towards_sun = placed.towards_sun;
+    sprite.upwards = placed.upwards;
+    sprite.eye = placed.eye - impostor.center;
+    let distance = length(sprite.eye);
+    let towards = sprite.eye / distance;
+    let axes = axes_of(towards);
+    let middle = on_screen(vec3(0.0), instance);
+    let across = length(on_screen(axes[0] * impostor.radius, instance) - middle);
+    let along = length(on_screen(axes[1] * impostor.radius, instance) - middle);
+    let own_px = 2.0 * max(across, along);
+    let enlarged = max(LEAST_PX / own_px, 1.0);
+    let diameter_px = max(own_px, LEAST_PX);
+    sprite.kept = 1.0 / (enlarged * enlarged);
+    sprite.level = max(log2(impostor.texels / diameter_px), 0.0);
+    let lattice = around(sprite.eye);
+    sprite.layers = lattice.layers;
+    sprite.weights = lattice.weights;
+    sprite.towards_0 = direction(lattice.layers.x);
+    sprite.towards_1 = direction(lattice.layers.y);
+    sprite.towards_2 = direction(lattice.layers.z);
+    // The outline of the sphere, on the plane through its centre.
+    let outline = distance * inverseSqrt(max(pow2(distance) - pow2(impostor.radius), 0.01 * pow2(distance)));
+    let reach = impostor.radius * outline * enlarged + sway_reach(number);
+    let sign = vec2(select(-1.0, 1.0, corner == 1u || corner == 2u || corner == 4u), select(-1.0, 1.0, corner == 2u || corner >= 4u));
+    let drawn = (axes[0] * sign.x + axes[1] * sign.y) * reach;
+    sprite.at = drawn / enlarged;
+    sprite.at_px = sign * (0.5 * diameter_px * reach / (enlarged * impostor.radius));
+    // The sprite is drawn before the crown, so that nothing within the crown cuts it.
+    let to_eye = sprite.eye - drawn;
+    let away = length(to_eye);
+    let pulled = drawn + to_eye * (min(impostor.radius, MOST_PULL * away) / away);
+    sprite.clip = frame.clip_from_anchor * vec4(in_anchor_space(impostor.center + pulled, instance), 1.0);
+    return sprite;
+}
+
+// Place in the picture, in pixels from its middle.
+fn on_screen(from_center: vec3<f32>, instance: Instance) -> vec2<f32> {
+    let clip = frame.clip_from_anchor * vec4(in_anchor_space(impostor.center + from_center, instance), 1.0);
+    return clip.xy / clip.w * frame.half_size_px;
+}
+
+fn pow2(x: f32) -> f32 {
+    return x * x;
+}
+
+// Twins of model/impostor.rs.
+
+// Unit vectors to the right and up in the picture of a viewer in this direction.
+fn axes_of(towards_viewer: vec3<f32>) -> mat2x3<f32> {
+    let level = vec3(towards_viewer.z, 0.0, -towards_viewer.x);
+    let right = select(vec3(1.0, 0.0, 0.0), unit(level), dot(level, level) > 0.0);
+    return mat2x3(right, cross(towards_viewer, right));
+}
+
+fn folded(flat_place: vec2<f32>) -> vec2<f32> {
+    return (vec2(1.0) - abs(flat_place.yx)) * select(vec2(1.0), vec2(-1.0), flat_place < vec2(0.0));
+}
+
+// Unit vector from the plant towards the viewer of a picture.
+fn direction(layer: u32) -> vec3<f32> {
+    let place = vec2(f32(layer % impostor.across), f32(layer / impostor.across)) / f32(impostor.across - 1u);
+    if impostor.is_whole_sphere == 1u {
+        let unfolded = 2.0 * place - 1.0;
+        let y = 1.0 - abs(unfolded.x) - abs(unfolded.y);
+        let flat_place = select(unfolded, folded(unfolded), y < 0.0);
+        return normalize(vec3(flat_place.x, y, flat_place.y));
+    }
+    let x = place.x - place.y;
+    let z = place.x + place.y - 1.0;
+    return normalize(vec3(x, 1.0 - abs(x) - abs(z), z));
+}
+
+struct Around {
+    layers: vec3<u32>,
+    weights: vec3<f32>,
+}
+
+// The pictures around a direction, and their weights.
+fn around(towards_viewer: vec3<f32>) -> Around {
+    let is_whole = impostor.is_whole_sphere == 1u;
+    let up = select(max(towards_viewer.y, 0.0), towards_viewer.y, is_whole);
+    let flat_place = towards_viewer.xz / max(abs(towards_viewer.x) + abs(up) + abs(towards_viewer.z), 1e-30);
+    var place = vec2(1.0 + flat_place.x + flat_place.y, 1.0 + flat_place.y - flat_place.x) * 0.5;
+    if is_whole {
+        place = (select(flat_place, folded(flat_place), up < 0.0) + 1.0) * 0.5;
+    }
+    let steps = f32(impostor.across - 1u);
+    let cell = clamp(floor(place * steps), vec2(0.0), vec2(steps - 1.0));
+    let part = clamp(place * steps - cell, vec2(0.0), vec2(1.0));
+    let first = u32(cell.y) * impostor.across + u32(cell.x);
+    let third = first + select(impostor.across, 1u, part.x > part.y);
+    return Around(
+        vec3(first, third, first + impostor.across + 1u),
+        vec3(1.0 - max(part.x, part.y), abs(part.x - part.y), min(part.x, part.y)),
+    );
+}
+
+// What a pixel shows.
+struct Seen {
+    color: vec3<f32>,
+    coverage: f32,
+    // Mean normal of the surfaces.
+    normal: vec3<f32>,
+    // Part of them that is leaves.
+    leaf: f32,
+    // Place relative to the centre, and displacement by the wind.
+    hit: vec3<f32>,
+    shift: vec3<f32>,
+}
+
+// is_deep: whether the depth of the pictures is followed.
+fn seen(sprite: Sprite, is_deep: bool) -> Seen {
+    let ray = normalize(sprite.at - sprite.eye);
+    let rest = impostor.center + sprite.at;
+    let shift = moved_wood(rest, sprite.instance) - rest;
+    let origin = sprite.at - shift;
+    var sum = Seen();
+    add_picture(&sum, sprite.layers.x, sprite.weights.x, sprite.towards_0, origin, ray, sprite.level, is_deep);
+    add_picture(&sum, sprite.layers.y, sprite.weights.y, sprite.towards_1, origin, ray, sprite.level, is_deep);
+    add_picture(&sum, sprite.layers.z, sprite.weights.z, sprite.towards_2, origin, ray, sprite.level, is_deep);
+    let one_over = 1.0 / max(sum.coverage, 1e-6);
+    return Seen(
+        sum.color * one_over, sum.coverage * sprite.kept, sum.normal * one_over, sum.leaf * one_over,
+        sum.hit * one_over, shift,
+    );
+}
+
+// Adds what one picture shows on a ray, by its weight and coverage.
+fn add_picture(
+    sum: ptr<function, Seen>,
+    layer: u32,
+    weight: f32,
+    towards: vec3<f32>,
+    origin: vec3<f32>,
+    ray: vec3<f32>,
+    level: f32,
+    is_deep: bool,
+) {
+    if weight <= 0.0 {
+        return;
+    }
+    let axes = axes_of(towards);
+    let approach = min(dot(ray, towards), -LEAST_APPROACH);
+    let before = dot(origin, towards);
+    var at = origin - ray * (before / approach);
+    if is_deep {
+        for (var i = 0u; i < DEPTH_STEPS; i++) {
+            let depth = textureSampleLevel(surfaces, clamping, place_in(at, axes), layer, level).b;
+            at = origin + ray * (((2.0 * depth - 1.0) * impostor.half_side - before) / approach);
+        }
+    }
+    let uv = place_in(at, axes);
+    if any(uv < vec2(0.0)) || any(uv > vec2(1.0)) {
+        return;
+    }
+    let color = textureSampleLevel(colors, clamping, uv, layer, level);
+    let surface = textureSampleLevel(surfaces, clamping, uv, layer, level);
+    let share = weight * color.a;
+    let parts = 2.0 * surface.rg - 1.0;
+    let normal = axes[0] * parts.x + axes[1] * parts.y + towards * abs(2.0 * surface.a - 1.0);
+    (*sum).coverage += share;
+    (*sum).color += share * color.rgb;
+    (*sum).normal += share * normal;
+    (*sum).leaf += share * f32(surface.a >= 0.5);
+    (*sum).hit += share * (origin + ray * (((2.0 * surface.b - 1.0) * impostor.half_side - before) / approach));
+}
+
+// Texture coordinates of a point in a picture.
+fn place_in(at: vec3<f32>, axes: mat2x3<f32>) -> vec2<f32> {
+    return vec2(dot(at, axes[0]), -dot(at, axes[1])) * (0.5 / impostor.half_side) + 0.5;
+}
+
+// Samples that the sprite covers.
+fn samples_of(sprite: Sprite, shown: Seen) -> u32 {
+    let cell = vec2<i32>(floor(sprite.at_px));
+    let turn = u32(hash(vec3(cell, 1)) * f32(SAMPLES)) << 16u;
+    let own = far_samples(sprite.clip.xy, far_share(instances[sprite.instance]));
+    return covered_samples(shown.coverage, hash(vec3(cell, 0)), turn) & own;
+}
+
+// Light reflected to the eye by many white surfaces, linear. Twin of the function in
+// software/light.rs.
+fn reflected_by_many(lit: Lit) -> vec3<f32> {
+    let open = INNERMOST + (1.0 - INNERMOST) * smoothstep(INNERMOST_RADIUS, 1.0, length(lit.in_crown));
+    let sun = SUN * lit.sunlit;
+    // Variance of the normals along any direction, were they spread alike in all of them.
+    let variance = max(1.0 - dot(lit.normal, lit.normal), 0.0) / 3.0;
+    let cosine = dot(lit.normal, lit.towards_sun);
+    if !lit.is_leaf {
+        return (sun * spread_light(cosine, variance) + sky(lit.normal, lit.upwards)) * open;
+    }
+    let outwards = unit(lit.in_crown * lit.inverse_half_size);
+    let own = select(1.0, 1.0 - CROWN_BLEND, CROWN_NORMALS);
+    let lean = select(LEAN, CROWN_BLEND, CROWN_NORMALS);
+    // Mean of the squared length of `own` of a normal and `lean` of the outward direction.
+    let squared = own * own + lean * lean * dot(outwards, outwards) + 2.0 * own * lean * dot(lit.normal, outwards);
+    let one_over = inverseSqrt(max(squared, 0.01));
+    let leaning = (lit.normal * own + outwards * lean) * one_over;
+    let facing = spread_light(dot(leaning, lit.towards_sun) + WRAP_LIGHT, variance * pow2(own * one_over)) / (1.0 + WRAP_LIGHT);
+    var through = THROUGH * spread_light(-cosine, variance);
+    if TRANSLUCENCY {
+        let against = max(dot(unit(lit.from_eye), lit.towards_sun), 0.0);
+        through *= 1.0 + GLOW * pow(against, GLOW_SHARPNESS);
+    }
+    return (sun * (vec3(facing) + through) + sky(leaning, lit.upwards)) * open;
+}
+
+// Mean of max(x, 0) over numbers around `mean` with a variance.
+fn spread_light(mean: f32, variance: f32) -> f32 {
+    return 0.5 * (mean + sqrt(mean * mean + SPREAD * variance));
+}
+
+fn shaded_sprite(sprite: Sprite, shown: Seen) -> vec4<f32> {
+    let position = impostor.center + shown.hit;
+    var lit = Lit(
+        shown.normal,
+        shown.hit - sprite.eye,
+        (position - crown.center_local) * crown.inverse_half_size,
+        crown.inverse_half_size,
+        sprite.towards_sun,
+        sprite.upwards,
+        true,
+        true,
+        sunlit(position + shown.shift, sprite.instance),
+    );
+    var light = reflected_by_many(lit);
+    if shown.leaf < 1.0 {
+        lit.is_leaf = false;
+        light = mix(reflected_by_many(lit), light, shown.leaf);
+    }
+    let color = select(vec3(0.9, 0.3, 0.0), shown.color * light, COLORING == COLORING_PICTURE);
+    return vec4(encoded(color), 1.0);
+}
+
+// Depth of what is seen.
+fn depth_of(sprite: Sprite, shown: Seen) -> f32 {
+    let place = in_anchor_space(impostor.center + shown.hit + shown.shift, instances[sprite.instance]);
+    let clip = frame.clip_from_anchor * vec4(place, 1.0);
+    return clamp(clip.z / clip.w, 0.0, 1.0);
+}
+
+struct Deep {
+    @location(0) color: vec4<f32>,
+    @builtin(sample_mask) samples: u32,
+    @builtin(frag_depth) depth: f32,
+}
+
+@fragment
+fn impostor_flat(sprite: Sprite) -> Shaded {
+    let shown = seen(sprite, false);
+    let samples = samples_of(sprite, shown);
+    if samples == 0u {
+        discard;
+    }
+    return Shaded(shaded_sprite(sprite, shown), samples);
+}
+
+@fragment
+fn impostor_deep(sprite: Sprite) -> Deep {
+    let shown = seen(sprite, true);
+    let samples = samples_of(sprite, shown);
+    if samples == 0u {
+        discard;
+    }
+    return Deep(shaded_sprite(sprite, shown), samples, depth_of(sprite, shown));
+}
