@@ -225,10 +225,13 @@ fn place_in(at: vec3<f32>, axes: mat2x3<f32>) -> vec2<f32> {
 
 // Samples that the sprite covers.
 fn samples_of(sprite: Sprite, shown: Seen) -> u32 {
+    let instance = instances[sprite.instance];
+    let share = far_share(instance);
+    // A plant without leaves has its seed in the place of their numbers.
+    let seed = i32(select(0u, instance.first_partial << 1u, share >= 1.0));
     let cell = vec2<i32>(floor(sprite.at_px));
-    let turn = u32(hash(vec3(cell, 1)) * f32(SAMPLES)) << 16u;
-    let own = far_samples(sprite.clip.xy, far_share(instances[sprite.instance]));
-    return covered_samples(shown.coverage, hash(vec3(cell, 0)), turn) & own;
+    let turn = u32(hash(vec3(cell, seed + 1)) * f32(SAMPLES)) << 16u;
+    return covered_samples(shown.coverage, hash(vec3(cell, seed)), turn) & far_samples(sprite.clip.xy, share);
 }
 
 // Light reflected to the eye by many white surfaces, linear. Twin of the function in
@@ -236,8 +239,7 @@ fn samples_of(sprite: Sprite, shown: Seen) -> u32 {
 fn reflected_by_many(lit: Lit) -> vec3<f32> {
     let open = INNERMOST + (1.0 - INNERMOST) * smoothstep(INNERMOST_RADIUS, 1.0, length(lit.in_crown));
     let sun = SUN * lit.sunlit;
-    // Variance of the normals along any direction, were they spread alike in all of them.
-    let variance = max(1.0 - dot(lit.normal, lit.normal), 0.0) / 3.0;
+    let variance = variance_along(lit.towards_sun, lit);
     let cosine = dot(lit.normal, lit.towards_sun);
     if !lit.is_leaf {
         return (sun * spread_light(cosine, variance) + sky(lit.normal, lit.upwards)) * open;
@@ -245,11 +247,14 @@ fn reflected_by_many(lit: Lit) -> vec3<f32> {
     let outwards = unit(lit.in_crown * lit.inverse_half_size);
     let own = select(1.0, 1.0 - CROWN_BLEND, CROWN_NORMALS);
     let lean = select(LEAN, CROWN_BLEND, CROWN_NORMALS);
-    // Mean of the squared length of `own` of a normal and `lean` of the outward direction.
-    let squared = own * own + lean * lean * dot(outwards, outwards) + 2.0 * own * lean * dot(lit.normal, outwards);
-    let one_over = inverseSqrt(max(squared, 0.01));
-    let leaning = (lit.normal * own + outwards * lean) * one_over;
-    let facing = spread_light(dot(leaning, lit.towards_sun) + WRAP_LIGHT, variance * pow2(own * one_over)) / (1.0 + WRAP_LIGHT);
+    // Mean of the unit vectors along `own` of a normal and `lean` of the outward direction, from the
+    // mean of their squared lengths and its second-order correction.
+    let mean_squared = own * own + lean * lean * dot(outwards, outwards) + 2.0 * own * lean * dot(lit.normal, outwards);
+    let squared = max(mean_squared, 0.05);
+    let bent = own * lean * variance_along(outwards, lit);
+    let factor = (1.0 + 1.5 * own * lean * bent / (squared * squared)) * inverseSqrt(squared);
+    let leaning = (lit.normal * own + outwards * lean) * factor - outwards * (own * bent / squared * inverseSqrt(squared));
+    let facing = spread_light(dot(leaning, lit.towards_sun) + WRAP_LIGHT, variance * pow2(own * factor)) / (1.0 + WRAP_LIGHT);
     var through = THROUGH * spread_light(-cosine, variance);
     if TRANSLUCENCY {
         let against = max(dot(unit(lit.from_eye), lit.towards_sun), 0.0);
@@ -258,9 +263,18 @@ fn reflected_by_many(lit: Lit) -> vec3<f32> {
     return (sun * (vec3(facing) + through) + sky(leaning, lit.upwards)) * open;
 }
 
-// Mean of max(x, 0) over numbers around `mean` with a variance.
+// Variance of the normals along a direction, were they spread as those of a hemisphere around the
+// direction to the eye: along it a quarter of that across it.
+fn variance_along(axis: vec3<f32>, lit: Lit) -> f32 {
+    let spread = max(1.0 - dot(lit.normal, lit.normal), 0.0) / 9.0;
+    return spread * (4.0 - 3.0 * pow2(dot(unit(lit.from_eye), axis)));
+}
+
+// Mean of max(x, 0) over numbers spread evenly around `mean`, as cosines of the normals of a
+// hemisphere are, with a variance.
 fn spread_light(mean: f32, variance: f32) -> f32 {
-    return 0.5 * (mean + sqrt(mean * mean + SPREAD * variance));
+    let reach = sqrt(3.0 * variance);
+    return select(pow2(mean + reach) / (4.0 * max(reach, 1e-6)), max(mean, 0.0), abs(mean) >= reach);
 }
 
 fn shaded_sprite(sprite: Sprite, shown: Seen) -> vec4<f32> {

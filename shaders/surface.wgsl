@@ -34,7 +34,8 @@ struct Instance {
     // Index of the first of this plant's own drawn scales, or NO_SCALES if they come from the
     // timeline.
     first_scale: u32,
-    // The first leaf that may be only partly present.
+    // The first leaf that may be only partly present; of a plant that is its impostor alone, its
+    // seed.
     first_partial: u32,
     // Number of leaves to draw; within the hand-over LEAF_BITS of it, and above them the share of
     // the impostor.

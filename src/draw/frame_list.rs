@@ -240,7 +240,8 @@ impl FrameList {
                 let parts = Parts { variant, is_impostor: true, is_deep, ..Parts::default() };
                 self.order.push(Listed { key: key(instance.model, parts), instance: number, record });
                 let placed = place.record(model, &Instance { active: 0.0, ..*instance }, look, 0.0);
-                self.unsorted.push(InstanceRecord { drawn: handover::packed(0, 1.0), ..placed });
+                let drawn = handover::packed(0, 1.0);
+                self.unsorted.push(InstanceRecord { first_partial: instance.seed, drawn, ..placed });
                 continue;
             }
             let is_reduced = instance.active < model.leaves as f32;

@@ -42,7 +42,8 @@ pub struct InstanceRecord {
     pub leaf_scale: f32,
     /// Index of the first of this plant's own drawn scales, or [`NO_SCALES`].
     pub first_scale: u32,
-    /// The first leaf that may be only partly present.
+    /// The first leaf that may be only partly present; of a plant that is its impostor alone, the
+    /// instance's seed.
     pub first_partial: u32,
     /// Number of leaves to draw. Within the hand-over to the impostor [`LEAF_BITS`] of it, and
     /// above them the impostor's share of the samples, in 1023rds.

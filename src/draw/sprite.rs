@@ -12,6 +12,3 @@ pub(crate) const LEAST_APPROACH: f32 = 0.2;
 /// Part of the distance to the eye up to which a flat sprite is drawn before its plant's centre, so
 /// that what stands within the crown does not cut it.
 pub(crate) const MOST_PULL: f32 = 0.5;
-/// Mean distance from zero of a normally distributed number, times its standard deviation, as a
-/// squared factor: 2 / pi. See `spread_light` in `impostor_pass.wgsl`.
-pub(crate) const SPREAD: f32 = std::f32::consts::FRAC_2_PI;

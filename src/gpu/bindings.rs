@@ -39,7 +39,7 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
         of_effects.push((TONES, fragment, storage));
     }
     if effects.wind.is_some() {
-        of_effects.push((SWAYS, vertex, storage));
+        of_effects.push((SWAYS, vertex | fragment, storage));
     }
     let mut layouts = vec![layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)];
     if effects.shadow.is_some() {

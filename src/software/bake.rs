@@ -8,17 +8,20 @@ use super::{
     painter::Painter,
     sprite::PlacedImpostor,
     tile::Surfaces,
-    {Background, DrawOptions},
+    {Background, DrawOptions, Image},
 };
 use crate::{
     Camera, Depth, Error, LookAt, Result,
-    bounds::{Aabb, Sphere},
+    bounds::Sphere,
     draw::{
+        light::{Lighting, TOWARDS_SUN},
         mips::srgb_from_linear,
         pages::{Pages, surface_texel},
     },
+    effects::sky::LUMINANCE,
     error::check_range,
     model::{FRAME_SIDES, FRAMES_ACROSS, FoliageModel, Impostor, Lattice},
+    srgb::linear_bytes,
 };
 use glam::{DAffine3, DMat4, DVec3, DVec4, Vec3};
 use rayon::prelude::*;
@@ -30,6 +33,9 @@ const BATCH: u32 = 8;
 /// Diameters in pixels at which coverage is compared, and views at each.
 const CORRECTED_AT: [u32; 2] = [64, 32];
 const CORRECTION_VIEWS: u32 = 8;
+/// Views at which brightness is compared, under each of these suns.
+const SUN_VIEWS: u32 = 5;
+const SUNS: [Vec3; 3] = [TOWARDS_SUN, Vec3::new(-1.0, 0.4, 0.2), Vec3::new(0.3, 0.5, -1.0)];
 /// Exponents of coverage that may correct it.
 const EXPONENTS: [f32; 2] = [0.25, 2.0];
 /// Halvings of that range.
@@ -71,8 +77,8 @@ impl BakeOptions {
 /// Bakes the impostor of a model. `advance` is told the number of frames drawn, of
 /// `options.across` squared; baking stops if it returns false.
 ///
-/// Coverage is corrected by one exponent, so that sprites cover as much as the plant does, on
-/// average over views between the frames.
+/// Coverage is corrected by one exponent, and colour by one factor, so that sprites cover as much
+/// as the plant does and are as bright, on average over views between the frames.
 ///
 /// # Errors
 /// [`Error::InvalidOption`] for options out of range or a plant without extent,
@@ -111,7 +117,7 @@ pub fn bake(model: &FoliageModel, options: &BakeOptions, advance: &mut dyn FnMut
         color: color.into_flattened(),
         surface: surface.into_flattened(),
     };
-    corrected(impostor, &painter, &list, &sphere)
+    Compared { painter: &painter, list: &list, sphere }.corrected(impostor)
 }
 
 /// The orthographic camera of a frame.
@@ -154,62 +160,110 @@ fn texels(pixels: &[Surfaces], frame_px: u32, towards: Vec3) -> Vec<([u8; 4], [u
     (0..frame_px * frame_px).map(texel).collect()
 }
 
-/// The impostor with the coverage of its texels raised to the power with which sprites cover as
-/// much as the plant does.
-fn corrected(impostor: Impostor, painter: &Painter<'_>, list: &DrawList<'_>, sphere: &Sphere) -> Result<Impostor> {
-    let options = DrawOptions { background: Background::Transparent, ..DrawOptions::default() };
-    let views: Vec<Camera> = CORRECTED_AT.into_iter().flat_map(|side| views(sphere, side)).collect();
-    let covered = |image: &super::Image| {
-        image.rgba.iter().skip(3).step_by(4).map(|&alpha| u64::from(alpha)).sum::<u64>() as f32
-            / (image.width * image.height) as f32
-    };
-    let plant: Vec<f32> = views
-        .par_iter()
-        .map(|camera| Ok(covered(&painter.draw(list, camera, [camera.height_px; 2], &options)?)))
-        .collect::<Result<_>>()?;
-    let wanted: f32 = plant.iter().sum();
-    let raised = |exponent: f32| {
-        let mut raised = impostor.clone();
-        for alpha in raised.color.iter_mut().skip(3).step_by(4).filter(|alpha| **alpha > 0) {
-            let coverage = libm::powf(f32::from(*alpha) / 255.0, exponent);
-            *alpha = ((coverage * 255.0 + 0.5) as u8).max(1);
+/// Compares sprites of an impostor with the plant.
+struct Compared<'a> {
+    painter: &'a Painter<'a>,
+    list: &'a DrawList<'a>,
+    sphere: Sphere,
+}
+
+impl Compared<'_> {
+    /// The impostor with the coverage of its texels raised to the power with which sprites cover as
+    /// much as the plant does, and its colours multiplied so that they are as bright.
+    fn corrected(&self, impostor: Impostor) -> Result<Impostor> {
+        let covered = |images: &[Image]| images.iter().map(|image| sums(image, &linear_bytes())[1]).sum::<f32>();
+        let views: Vec<Camera> = CORRECTED_AT.into_iter().flat_map(|side| views(&self.sphere, side)).collect();
+        let wanted = covered(&self.plant(&views, &bare(Lighting::default()))?);
+        // The greater the exponent, the less is covered.
+        let [mut low, mut high] = EXPONENTS;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            let found = covered(&self.sprites(&raised(&impostor, middle), &views, &bare(Lighting::default()))?);
+            if found > wanted {
+                low = middle;
+            } else {
+                high = middle;
+            }
         }
-        raised
-    };
-    let found = |impostor: &Impostor| -> Result<f32> {
+        let impostor = raised(&impostor, 0.5 * (low + high));
+        let (mut plant, mut sprites) = ([0.0; 2], [0.0; 2]);
+        for towards_sun in SUNS {
+            let options = bare(Lighting { towards_sun, ..Lighting::default() });
+            let views: Vec<Camera> = views_at(&self.sphere, CORRECTED_AT[0], SUN_VIEWS).collect();
+            for (sum, images) in [
+                (&mut plant, self.plant(&views, &options)?),
+                (&mut sprites, self.sprites(&impostor, &views, &options)?),
+            ] {
+                let of_images = images.iter().map(|image| sums(image, &linear_bytes()));
+                *sum = of_images.fold(*sum, |[light, covered], of| [light + of[0], covered + of[1]]);
+            }
+        }
+        let gain = plant[0] * sprites[1] / (plant[1] * sprites[0]);
+        Ok(if gain.is_finite() { brightened(impostor, gain) } else { impostor })
+    }
+
+    fn plant(&self, views: &[Camera], options: &DrawOptions) -> Result<Vec<Image>> {
+        let draw = |camera: &Camera| self.painter.draw(self.list, camera, [camera.height_px; 2], options);
+        views.par_iter().map(draw).collect()
+    }
+
+    fn sprites(&self, impostor: &Impostor, views: &[Camera], options: &DrawOptions) -> Result<Vec<Image>> {
         let pages = Pages::new(impostor);
         let placed = PlacedImpostor {
             impostor,
             pages: &pages,
-            crown: Aabb::EMPTY,
+            crown: self.list.crown,
             world_from_plant: DAffine3::IDENTITY,
             sway: None,
             share: 1.0,
+            seed: 0,
         };
-        let of_view = |camera: &Camera| {
-            let image = painter.draw_all(&[], &[placed], camera, [camera.height_px; 2], &options)?;
-            Ok(covered(&image))
-        };
-        Ok(views.par_iter().map(of_view).collect::<Result<Vec<_>>>()?.into_iter().sum())
-    };
-    // The greater the exponent, the less is covered.
-    let [mut low, mut high] = EXPONENTS;
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if found(&raised(middle))? > wanted {
-            low = middle;
-        } else {
-            high = middle;
-        }
+        let draw = |camera: &Camera| self.painter.draw_all(&[], &[placed], camera, [camera.height_px; 2], options);
+        views.par_iter().map(draw).collect()
     }
-    Ok(raised(0.5 * (low + high)))
+}
+
+fn bare(lighting: Lighting) -> DrawOptions {
+    DrawOptions { background: Background::Transparent, lighting, ..DrawOptions::default() }
+}
+
+/// Sums over a picture: of linear luminance times coverage, and of coverage.
+fn sums(image: &Image, linear: &[f32; 256]) -> [f32; 2] {
+    image.rgba.as_chunks::<4>().0.iter().fold([0.0; 2], |[light, covered], &[r, g, b, alpha]| {
+        let share = f32::from(alpha) / 255.0;
+        let luminance = Vec3::from([r, g, b].map(|byte| linear[byte as usize])).dot(Vec3::from(LUMINANCE));
+        [light + luminance * share, covered + share]
+    })
+}
+
+/// The impostor with its coverage raised to a power.
+fn raised(impostor: &Impostor, exponent: f32) -> Impostor {
+    let mut raised = impostor.clone();
+    for alpha in raised.color.iter_mut().skip(3).step_by(4).filter(|alpha| **alpha > 0) {
+        let coverage = libm::powf(f32::from(*alpha) / 255.0, exponent);
+        *alpha = ((coverage * 255.0 + 0.5) as u8).max(1);
+    }
+    raised
+}
+
+/// The impostor with its colours multiplied by a factor.
+fn brightened(mut impostor: Impostor, gain: f32) -> Impostor {
+    let linear = linear_bytes();
+    for texel in impostor.color.as_chunks_mut::<4>().0 {
+        texel[..3].iter_mut().for_each(|byte| *byte = srgb_from_linear(linear[*byte as usize] * gain));
+    }
+    impostor
 }
 
 /// Views between the frames, all around and from level to steep.
 fn views(sphere: &Sphere, side_px: u32) -> impl Iterator<Item = Camera> {
-    (0..CORRECTION_VIEWS).map(move |i| {
-        let turn = 0.37 + f64::from(i) * std::f64::consts::TAU / f64::from(CORRECTION_VIEWS);
-        let height = 0.07 + 0.11 * f64::from(i * 3 % CORRECTION_VIEWS);
+    views_at(sphere, side_px, CORRECTION_VIEWS)
+}
+
+fn views_at(sphere: &Sphere, side_px: u32, count: u32) -> impl Iterator<Item = Camera> {
+    (0..count).map(move |i| {
+        let turn = 0.37 + f64::from(i) * std::f64::consts::TAU / f64::from(count);
+        let height = 0.07 + 0.88 / f64::from(count) * f64::from(i * 3 % count);
         let direction = DVec3::new(libm::sin(turn), height, libm::cos(turn));
         LookAt::framing(sphere, direction, 0.2, 1.0).camera(side_px)
     })

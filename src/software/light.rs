@@ -3,10 +3,7 @@
 use crate::{
     bounds::Aabb,
     crown::{inverse_half_size, openness, smoothstep},
-    draw::{
-        light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
-        sprite::SPREAD,
-    },
+    draw::light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -73,8 +70,15 @@ impl Light {
         let in_crown = (from_eye - self.crown_center_from_eye) * self.inverse_half_size;
         let open = openness(in_crown.length());
         let sun = self.lighting.sun;
-        // Variance of the normals along any direction, were they spread alike in all of them.
-        let variance = (1.0 - normal.length_squared()).max(0.0) / 3.0;
+        // Variance of the normals along a direction, were they spread as those of a hemisphere around
+        // the direction to the eye: along it a quarter of that across it.
+        let towards_eye = from_eye.normalize_or_zero();
+        let spread = (1.0 - normal.length_squared()).max(0.0) / 9.0;
+        let variance_along = |axis: Vec3| {
+            let along = towards_eye.dot(axis);
+            spread * (4.0 - 3.0 * along * along)
+        };
+        let variance = variance_along(self.towards_sun);
         let cosine = normal.dot(self.towards_sun);
         if !is_leaf {
             return albedo * (sun * spread_light(cosine, variance) + self.sky(normal)) * open;
@@ -84,12 +88,14 @@ impl Light {
             None => (1.0, LEAN),
             Some(blend) => (1.0 - blend, blend),
         };
-        // Mean of the squared length of `own` of a normal and `lean` of the outward direction.
+        // Mean of the unit vectors along `own` of a normal and `lean` of the outward direction, from
+        // the mean of their squared lengths and its second-order correction.
         let squared = own * own + lean * lean * outwards.length_squared() + 2.0 * own * lean * normal.dot(outwards);
-        let length = squared.max(0.01).sqrt();
-        let leaning = (normal * own + outwards * lean) / length;
-        let spread = variance * (own / length) * (own / length);
-        let facing = spread_light(leaning.dot(self.towards_sun) + WRAP, spread) / (1.0 + WRAP);
+        let (squared, bent) = (squared.max(0.05), own * lean * variance_along(outwards));
+        let factor = (1.0 + 1.5 * own * lean * bent / (squared * squared)) / squared.sqrt();
+        let leaning = (normal * own + outwards * lean) * factor - outwards * (own * bent / (squared * squared.sqrt()));
+        let facing = spread_light(leaning.dot(self.towards_sun) + WRAP, variance * (own * factor) * (own * factor));
+        let facing = facing / (1.0 + WRAP);
         let through = spread_light(-cosine, variance) * self.through(from_eye);
         albedo * (sun * (Vec3::splat(facing) + THROUGH_TINT * through) + self.sky(leaning)) * open
     }
@@ -106,10 +112,11 @@ impl Light {
     }
 }
 
-/// Mean of max(x, 0) over numbers around `mean` with a variance, by a hyperbola that is right for
-/// normally distributed ones around 0 and without variance.
+/// Mean of max(x, 0) over numbers spread evenly around `mean`, as cosines of the normals of a
+/// hemisphere are, with a variance.
 fn spread_light(mean: f32, variance: f32) -> f32 {
-    0.5 * (mean + (mean * mean + SPREAD * variance).sqrt())
+    let reach = (3.0 * variance).sqrt();
+    if mean.abs() >= reach { mean.max(0.0) } else { (mean + reach) * (mean + reach) / (4.0 * reach) }
 }
 
 /// Linear colour of the backdrop at a height of 0 (bottom of the picture) to 1 (top).

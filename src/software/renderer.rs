@@ -155,7 +155,8 @@ impl<'a> SoftwareRenderer<'a> {
                 let FarModel { impostor, pages, crown } = model.far.as_ref()?;
                 let sway = sway(model, instance);
                 let world_from_plant = instance.world_from_plant;
-                Some(PlacedImpostor { impostor, pages, crown: *crown, world_from_plant, sway, share })
+                let seed = instance.seed;
+                Some(PlacedImpostor { impostor, pages, crown: *crown, world_from_plant, sway, share, seed })
             })
             .filter(|placed| is_sound(&placed.world_from_plant))
             .collect();

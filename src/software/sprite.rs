@@ -28,6 +28,8 @@ pub(super) struct PlacedImpostor<'a> {
     pub(super) sway: Option<Sway>,
     /// Share of the samples that it takes; the leaves have the others.
     pub(super) share: f32,
+    /// See [`Instance::seed`](crate::Instance::seed).
+    pub(super) seed: u32,
 }
 
 /// A sprite on the screen.
@@ -49,6 +51,8 @@ pub(super) struct Sprite<'a> {
     level: f32,
     is_deep: bool,
     share: f32,
+    /// Number by which the samples of plants differ.
+    seed: u32,
     sway: Option<Sway>,
     clip_from_plant: DMat4,
     plant_from_clip: DMat4,
@@ -102,7 +106,7 @@ impl<'a> Sprite<'a> {
         size: [u32; 2],
         lighting: &Lighting,
     ) -> Option<Self> {
-        let PlacedImpostor { impostor, pages, crown, world_from_plant, sway, share } = *placed;
+        let PlacedImpostor { impostor, pages, crown, world_from_plant, sway, share, seed } = *placed;
         let plant_from_world = world_from_plant.inverse();
         let center = Vec3::from(impostor.center).as_dvec3();
         let eye = (plant_from_world.transform_point3(camera.eye) - center).as_vec3();
@@ -136,6 +140,7 @@ impl<'a> Sprite<'a> {
             level: ((impostor.frame_px - 2) as f32 / diameter_px).log2().max(0.0),
             is_deep: diameter_px >= DEEP_FROM_PX,
             share,
+            seed: if share >= 1.0 { seed << 1 } else { 0 },
             sway,
             clip_from_plant,
             plant_from_clip: clip_from_plant.inverse(),
@@ -195,7 +200,7 @@ impl<'a> Sprite<'a> {
         }
         let hit = hit / coverage + shift;
         let plane = Vec2::new(at.dot(self.axes[0]), at.dot(self.axes[1])) * (0.5 * self.diameter_px / self.radius);
-        let cell = |salt| hash([plane.x.floor() as i32, plane.y.floor() as i32, salt]);
+        let cell = |salt: u32| hash([plane.x.floor() as i32, plane.y.floor() as i32, (self.seed + salt) as i32]);
         let shown = coverage / (self.enlarged * self.enlarged);
         let samples = covered_samples(shown, cell(0), cell(1), super::samples::SAMPLES as u32)
             & far_samples(pixel.map(|at| at as i32), self.share, super::samples::SAMPLES as u32);

@@ -10,6 +10,7 @@ use foliage_lod::{
     model::ModelFile,
     plant::Outline,
     simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
+    software::{BakeOptions, bake},
 };
 
 /// Reads a `.vds` file. An accepted model must be valid, keep every bit when it is written and read
@@ -46,6 +47,8 @@ fn model_files() -> Vec<Vec<u8>> {
         model.quantize();
         assert_eq!(model.copies.len(), if model.leaves.len() == 40 { 38 } else { 0 });
         model.plant.outlines = vec![outline(); 2];
+        let sizes = BakeOptions { across: 2, frame_px: 8, is_whole_sphere: true };
+        model.impostor = (model.leaves.len() == 9).then(|| bake(&model, &sizes, &mut |_| true).unwrap());
         model
     });
     models().iter().chain(&quantized).map(|model| model.to_bytes().unwrap()).collect()
