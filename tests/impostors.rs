@@ -331,3 +331,60 @@ fn motion_of_a_sprite_is_that_of_its_plant() {
         * f64::from(side);
     assert!(errors.len() > 300 && mean < 0.1 * length, "{} pixels, {mean:.3} of {length:.3} px", errors.len());
 }
+
+/// Root of the mean squared difference of two cut-outs, each before the same grey.
+fn change(a: &Image, b: &Image) -> f64 {
+    let before = |pixel: &[u8]| {
+        let share = f64::from(pixel[3]) / 255.0;
+        [0, 1, 2].map(|i| f64::from(pixel[i]) * share + 128.0 * (1.0 - share))
+    };
+    let pixels = a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
+    let squares = pixels.map(|(a, b)| {
+        let [a, b] = [a, b].map(before);
+        (0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum::<f64>()
+    });
+    (squares.sum::<f64>() / f64::from(3 * a.width * a.height)).sqrt()
+}
+
+/// Largest, middle and mean change from picture to picture.
+fn changes(images: &[Image]) -> [f64; 3] {
+    let mut changes: Vec<f64> = images.windows(2).map(|pair| change(&pair[0], &pair[1])).collect();
+    changes.sort_by(f64::total_cmp);
+    let mean = changes.iter().sum::<f64>() / changes.len() as f64;
+    [changes[changes.len() - 1], changes[changes.len() / 2], mean]
+}
+
+#[test]
+fn turning_about_a_sprite_changes_it_evenly_and_no_more_than_the_plant() {
+    let step = 0.1_f64.to_radians();
+    let frames = || {
+        (0..240).map(move |i| {
+            let turn = f64::from(i) * step;
+            Frame::from(camera(DVec3::new(turn.sin(), 0.3, turn.cos()), 32))
+        })
+    };
+    let far = cutouts(look(Some(FAR), Effects::default()), frames(), 32);
+    let [largest, middle, _] = changes(&far);
+    assert!(largest < 2.0 * middle, "a step of {largest:.2}, of {middle:.2} in the middle");
+    // Over a degree, what is below a pixel does not count.
+    let near = cutouts(look(None, Effects::default()), frames().step_by(10), 32);
+    let far: Vec<Image> = far.into_iter().step_by(10).collect();
+    let [[.., far], [.., near]] = [changes(&far), changes(&near)];
+    // Leaves twinkle, their pictures less.
+    assert!((0.2..1.1).contains(&(far / near)), "{far:.2} a degree instead of {near:.2}");
+}
+
+#[test]
+fn a_dolly_through_the_band_changes_no_more_at_once_than_the_plant_does() {
+    let frames = || {
+        (0..120).map(|i| {
+            let distance = 0.55 * 1.015_f64.powi(i);
+            let look_at = LookAt::framing(&BIRCH.sphere(), DVec3::new(0.5, 0.2, 1.0), 0.3, distance);
+            Frame::from(look_at.camera(64))
+        })
+    };
+    // The plant's diameter goes from 116 pixels to 20.
+    let [far, near] =
+        [Some(Far::default()), None].map(|far| changes(&cutouts(look(far, Effects::default()), frames(), 64))[0]);
+    assert!(far < 1.25 * near, "a change of {far:.2}, the plant's is {near:.2}");
+}

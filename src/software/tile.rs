@@ -97,6 +97,13 @@ impl Tile {
             return;
         }
         let Some([x_range, y_range]) = self.bounds(triangle, scene) else { return };
+        let is_hidden = |y: i64| {
+            let row = &self.farthest[(y * TILE_PX as i64) as usize..];
+            row[x_range.start as usize..x_range.end as usize].iter().all(|&farthest| triangle.nearest <= farthest)
+        };
+        if y_range.clone().all(is_hidden) {
+            return;
+        }
         let edges = self.edges(triangle, scene);
         let depth = self.plane(triangle, scene, |corner| corner.nearness as f64);
         let mask = self.alpha_test(triangle, scene);
