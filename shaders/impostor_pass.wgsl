@@ -1,5 +1,6 @@
 // Impostors of plants of one model: a sprite for each plant, from pictures of the model of which the
-// three around the direction to the eye are blended. Twin of software/sprite.rs.
+// three around the direction to the eye are blended, or mixed pixel by pixel where it is small. Twin
+// of software/sprite.rs.
 
 struct Impostor {
     // Middle of every picture, in local space.
@@ -168,14 +169,38 @@ fn seen(sprite: Sprite, is_deep: bool) -> Seen {
     let shift = moved_wood(rest, sprite.instance) - rest;
     let origin = sprite.at - shift;
     var sum = Seen();
+    if !is_deep {
+        // One picture for each cell of about a pixel, as often as it weighs, on one mip level.
+        let cell = vec3(vec2<i32>(floor(sprite.at_px)), seed_of(sprite) + 2);
+        let draw = hash(cell);
+        let level = floor(sprite.level + fract(draw * 61.0));
+        let is_first = draw < sprite.weights.x;
+        let is_second = !is_first && draw < sprite.weights.x + sprite.weights.y;
+        let layer = select(select(sprite.layers.z, sprite.layers.y, is_second), sprite.layers.x, is_first);
+        let towards = select(select(sprite.towards_2, sprite.towards_1, is_second), sprite.towards_0, is_first);
+        add_picture(&sum, layer, 1.0, towards, origin, ray, level, false);
+        return scaled(sum, sprite, shift);
+    }
     add_picture(&sum, sprite.layers.x, sprite.weights.x, sprite.towards_0, origin, ray, sprite.level, is_deep);
     add_picture(&sum, sprite.layers.y, sprite.weights.y, sprite.towards_1, origin, ray, sprite.level, is_deep);
     add_picture(&sum, sprite.layers.z, sprite.weights.z, sprite.towards_2, origin, ray, sprite.level, is_deep);
+    return scaled(sum, sprite, shift);
+}
+
+// Means of sums.
+fn scaled(sum: Seen, sprite: Sprite, shift: vec3<f32>) -> Seen {
     let one_over = 1.0 / max(sum.coverage, 1e-6);
     return Seen(
         sum.color * one_over, sum.coverage * sprite.kept, sum.normal * one_over, sum.leaf * one_over,
         sum.hit * one_over, shift,
     );
+}
+
+// Number by which the samples of plants differ: a plant without leaves has its seed in the place of
+// their numbers.
+fn seed_of(sprite: Sprite) -> i32 {
+    let instance = instances[sprite.instance];
+    return i32(select(0u, instance.first_partial << 2u, far_share(instance) >= 1.0));
 }
 
 // Adds what one picture shows on a ray, by its weight and coverage.
@@ -225,10 +250,8 @@ fn place_in(at: vec3<f32>, axes: mat2x3<f32>) -> vec2<f32> {
 
 // Samples that the sprite covers.
 fn samples_of(sprite: Sprite, shown: Seen) -> u32 {
-    let instance = instances[sprite.instance];
-    let share = far_share(instance);
-    // A plant without leaves has its seed in the place of their numbers.
-    let seed = i32(select(0u, instance.first_partial << 1u, share >= 1.0));
+    let share = far_share(instances[sprite.instance]);
+    let seed = seed_of(sprite);
     let cell = vec2<i32>(floor(sprite.at_px));
     let turn = u32(hash(vec3(cell, seed + 1)) * f32(SAMPLES)) << 16u;
     return covered_samples(shown.coverage, hash(vec3(cell, seed)), turn) & far_samples(sprite.clip.xy, share);

@@ -121,7 +121,7 @@ fn a_sprite_covers_and_shines_as_the_plant_does() {
         let [[a, b], [c, d]] = [sums(covered), sums(brightness)];
         // Frames of 32 pixels are half as fine as the default.
         assert!((a / b - 1.0).abs() < 0.03, "{side} px: covers {a:.1} instead of {b:.1}");
-        assert!((c / d - 1.0).abs() < 0.04, "{side} px: shines {c:.2} instead of {d:.2}");
+        assert!((c / d - 1.0).abs() < 0.05, "{side} px: shines {c:.2} instead of {d:.2}");
     }
 }
 

@@ -140,7 +140,7 @@ impl<'a> Sprite<'a> {
             level: ((impostor.frame_px - 2) as f32 / diameter_px).log2().max(0.0),
             is_deep: diameter_px >= DEEP_FROM_PX,
             share,
-            seed: if share >= 1.0 { seed << 1 } else { 0 },
+            seed: if share >= 1.0 { seed << 2 } else { 0 },
             sway,
             clip_from_plant,
             plant_from_clip: clip_from_plant.inverse(),
@@ -182,9 +182,13 @@ impl<'a> Sprite<'a> {
         let at = on_plane / self.enlarged;
         let shift = self.sway.map_or(Vec3::ZERO, |sway| sway.offset(self.center.as_vec3() + at));
         let origin = at - shift;
+        let plane = Vec2::new(at.dot(self.axes[0]), at.dot(self.axes[1])) * (0.5 * self.diameter_px / self.radius);
+        let cell =
+            |salt: u32| hash([plane.x.floor() as i32, plane.y.floor() as i32, self.seed.wrapping_add(salt) as i32]);
+        let (frames, level) = self.mixed(cell(2));
         let (mut coverage, mut color, mut normal, mut leaf, mut hit) = (0.0, Vec3::ZERO, Vec3::ZERO, 0.0, Vec3::ZERO);
-        for frame in self.frames.iter().filter(|frame| frame.weight > 0.0) {
-            let Some((texel, place)) = self.through(frame, origin, ray, srgb) else { continue };
+        for frame in frames.iter().filter(|frame| frame.weight > 0.0) {
+            let Some((texel, place)) = self.through(frame, origin, ray, level, srgb) else { continue };
             let weight = frame.weight * texel.color[3];
             let [right, up, _, code] = texel.surface;
             let towards = (2.0 * code - 1.0).abs();
@@ -199,8 +203,6 @@ impl<'a> Sprite<'a> {
             return None;
         }
         let hit = hit / coverage + shift;
-        let plane = Vec2::new(at.dot(self.axes[0]), at.dot(self.axes[1])) * (0.5 * self.diameter_px / self.radius);
-        let cell = |salt: u32| hash([plane.x.floor() as i32, plane.y.floor() as i32, (self.seed + salt) as i32]);
         let shown = coverage / (self.enlarged * self.enlarged);
         let samples = covered_samples(shown, cell(0), cell(1), super::samples::SAMPLES as u32)
             & far_samples(pixel.map(|at| at as i32), self.share, super::samples::SAMPLES as u32);
@@ -214,6 +216,19 @@ impl<'a> Sprite<'a> {
         })
     }
 
+    /// The frames to blend, and the mip level: where the sprite is flat, one frame for each cell of
+    /// about a pixel, as often as it weighs, on one level.
+    fn mixed(&self, draw: f32) -> ([Frame; 3], f32) {
+        if self.is_deep {
+            return (self.frames, self.level);
+        }
+        let [first, second, _] = self.frames.map(|frame| frame.weight);
+        let drawn = if draw < first { 0 } else { 1 + usize::from(draw >= first + second) };
+        let mut frames = self.frames;
+        (0..3).for_each(|i| frames[i].weight = if i == drawn { 1.0 } else { 0.0 });
+        (frames, (self.level + (draw * 61.0).fract()).floor())
+    }
+
     /// Linear light of a pixel.
     pub(super) fn shade(&self, seen: &Seen) -> Vec3 {
         let lit = |is_leaf| self.light.reflected_by_many(seen.albedo, seen.normal, seen.from_eye, is_leaf);
@@ -222,7 +237,7 @@ impl<'a> Sprite<'a> {
 
     /// What a frame's picture shows on a ray, and its place. The picture is looked up where the ray
     /// meets the plane through the centre or, if the sprite is deep, the picture's depth.
-    fn through(&self, frame: &Frame, origin: Vec3, ray: Vec3, srgb: &SrgbTable) -> Option<(Texel, Vec3)> {
+    fn through(&self, frame: &Frame, origin: Vec3, ray: Vec3, level: f32, srgb: &SrgbTable) -> Option<(Texel, Vec3)> {
         let approach = ray.dot(frame.towards).min(-LEAST_APPROACH);
         let before = origin.dot(frame.towards);
         let place = |height: f32| origin + ray * ((height - before) / approach);
@@ -230,19 +245,19 @@ impl<'a> Sprite<'a> {
         let mut at = place(0.0);
         let steps = if self.is_deep { DEPTH_STEPS } else { 0 };
         for _ in 0..steps {
-            let depth = self.texel(frame.layer, uv(at), srgb).surface[2];
+            let depth = self.texel(frame.layer, uv(at), level, srgb).surface[2];
             at = place((2.0 * depth - 1.0) * self.half_side);
         }
         let uv = uv(at);
         let is_inside = uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all();
-        let texel = is_inside.then(|| self.texel(frame.layer, uv, srgb))?;
+        let texel = is_inside.then(|| self.texel(frame.layer, uv, level, srgb))?;
         Some((texel, place((2.0 * texel.surface[2] - 1.0) * self.half_side)))
     }
 
     /// Texel of both pages, filtered bilinearly on two levels.
-    fn texel(&self, layer: u32, uv: Vec2, srgb: &SrgbTable) -> Texel {
+    fn texel(&self, layer: u32, uv: Vec2, level: f32, srgb: &SrgbTable) -> Texel {
         let last = self.pages.levels.len() - 1;
-        let level = self.level.min(last as f32);
+        let level = level.min(last as f32);
         let (first, part) = (level as usize, level.fract());
         let fine = self.on_level(first, layer, uv, srgb);
         if part == 0.0 {
