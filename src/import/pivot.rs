@@ -27,6 +27,11 @@ const CLEARS: f64 = 0.25;
 /// The far end is the mean of the corners at a distance of at least this fraction of the greatest.
 const ALIKE: f64 = 1.0 - 1e-4;
 
+/// Number of points among which one is looked for again.
+const ALIKE_EDGES: usize = 8;
+/// Factor of squared distances that is more than their rounding.
+const SLACK: f64 = 1.0 + 1e-12;
+
 /// The triangles of the wood, in a bounding volume hierarchy.
 pub(super) struct WoodSurface {
     triangles: Vec<[Vec3; 3]>,
@@ -50,32 +55,35 @@ impl WoodSurface {
 
     /// Distance from `point` to the wood; infinite if it is greater than `bound`.
     fn distance(&self, point: DVec3, bound: f64) -> f64 {
-        let mut nearest = bound;
-        let mut found = false;
+        let mut nearest = f64::INFINITY;
+        // Roots are taken only of what may be within the bound.
+        let mut square = bound * bound * SLACK;
         let mut stack = Vec::new();
         stack.extend((!self.bvh.nodes.is_empty()).then_some((0.0, 0)));
-        while let Some((distance, node)) = stack.pop() {
-            if distance > nearest {
+        while let Some((of_box, node)) = stack.pop() {
+            if of_box > square {
                 continue;
             }
             let node = &self.bvh.nodes[node as usize];
             if node.is_leaf() {
                 for slot in node.first_index..node.first_index + node.prim_count {
                     let corners = &self.triangles[self.bvh.primitive_indices[slot as usize] as usize];
-                    let distance = closest(point, &corners.map(|corner| corner.as_dvec3())).distance(point);
-                    found |= distance <= nearest;
-                    nearest = nearest.min(distance);
+                    let of_triangle = closest(point, &corners.map(|corner| corner.as_dvec3())).distance_squared(point);
+                    if of_triangle <= square && of_triangle.sqrt() <= bound.min(nearest) {
+                        nearest = of_triangle.sqrt();
+                        square = of_triangle * SLACK;
+                    }
                 }
                 continue;
             }
             let [left, right] = [node.first_index, node.first_index + 1].map(|child| {
                 let Aabb { min, max } = self.bvh.nodes[child as usize].aabb;
                 let [min, max] = [min, max].map(|corner| Vec3::from(corner).as_dvec3());
-                (point.clamp(min, max).distance(point), child)
+                (point.clamp(min, max).distance_squared(point), child)
             });
             stack.extend(if left.0 <= right.0 { [right, left] } else { [left, right] });
         }
-        if found { nearest } else { f64::INFINITY }
+        nearest
     }
 }
 
@@ -120,9 +128,16 @@ fn attached(vertices: &[Vertex], indices: &[u32], size: f64, wood: &WoodSurface)
     let edges = indices.chunks_exact(3).flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
     let middles = edges.map(|[a, b]| (position(a) + position(b)) * 0.5);
     let corners = (0..vertices.len() as u32).map(position);
+    let mut candidates: Vec<DVec3> = Vec::with_capacity(vertices.len() + indices.len());
+    for point in corners.clone().chain(middles) {
+        // Triangles share edges.
+        if !candidates.iter().rev().take(ALIKE_EDGES).any(|other| *other == point) {
+            candidates.push(point);
+        }
+    }
     let mut nearest = None;
     let mut bound = size * TOUCHES;
-    for point in corners.clone().chain(middles) {
+    for point in candidates {
         let distance = wood.distance(point, bound);
         if distance < bound || nearest.is_none() && distance == bound {
             nearest = Some(point);

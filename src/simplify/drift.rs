@@ -17,10 +17,12 @@
 //! ```
 //!
 //! where each a and A is the smaller of its values before and after (∂g/∂a and ∂g/∂A integrated,
-//! d(v) <= D), plus |δ(v)| (1/ln 2) for each that starts or ends at 0. A bound is kept for D up to
-//! each power of two. Bounds only decide which errors are recomputed, never which leaf is chosen.
+//! d(v) <= D), plus |δ(v)| (1/ln 2) for each that starts or ends at 0. This bound is kept for each
+//! power of two. It is concave in D and not negative, so for any D from 2^k on it is at most
+//! D / 2^k times that for 2^k. Bounds only decide which errors are recomputed, never which leaf is
+//! chosen.
 
-/// Number of bounds, one for D up to each power of two.
+/// Number of bounds, one for each power of two.
 const BUCKETS: usize = 32;
 /// Approximate number of steps for which the bounds that leaves are ranked by stay valid. A lower
 /// value ranks all leaves more often, a higher one makes the bounds looser.
@@ -47,21 +49,20 @@ impl Drift {
         Self { so_far: none, allowed: none, epoch_start: none, is_used: [false; BUCKETS], steps: 0.0 }
     }
 
-    /// Returns the bucket of a leaf that uncovers `uncovered` pixels in total.
-    pub fn bucket(&mut self, uncovered: u32) -> u8 {
-        let bucket = (uncovered.max(1).next_power_of_two().ilog2() as usize).min(BUCKETS - 1);
-        self.is_used[bucket] = true;
-        bucket as u8
+    /// Keeps bounds for leaves that uncover `uncovered` pixels in total.
+    pub fn use_for(&mut self, uncovered: u32) {
+        self.is_used[bucket(uncovered)] = true;
     }
 
-    /// Movement of the bucket's errors so far. Only differences between two steps count.
-    pub fn so_far(&self, bucket: u8) -> f64 {
-        self.so_far[usize::from(bucket)]
+    /// Movement so far of the errors of leaves that uncover `uncovered` pixels in total, at least
+    /// 1. Only differences between two steps count.
+    pub fn so_far(&self, uncovered: u32) -> f64 {
+        at(&self.so_far, uncovered)
     }
 
     /// Largest value that [`so_far`](Self::so_far) may take before the epoch ends.
-    pub fn allowed(&self, bucket: u8) -> f64 {
-        self.allowed[usize::from(bucket)]
+    pub fn allowed(&self, uncovered: u32) -> f64 {
+        at(&self.allowed, uncovered)
     }
 
     /// Adds one step's movement of the row. Returns false if the epoch is over.
@@ -95,6 +96,16 @@ impl Drift {
         }
         self.steps = 0.0;
     }
+}
+
+fn bucket(uncovered: u32) -> usize {
+    uncovered.max(1).ilog2() as usize
+}
+
+/// Bound for a leaf by those for powers of two.
+fn at(bounds: &[f64; BUCKETS], uncovered: u32) -> f64 {
+    let bucket = bucket(uncovered);
+    bounds[bucket] * (f64::from(uncovered) / (1_u64 << bucket) as f64)
 }
 
 /// L(1 + D / a). It is singular but integrable at 0, where the integral from 0 to 1 adds 1 / ln 2.

@@ -79,12 +79,11 @@ impl FixedLog {
 
     /// For n = h 2^s + l, with h from the upper half of the table: s + log2(h) + log2(1 + x), where
     /// x = l / (h 2^s) < 2^-15.
-    #[cold]
     fn internal_log2(&self, n: u32) -> u64 {
         let shift = u32::BITS - TABLE_BITS - n.leading_zeros();
         let head = n >> shift;
         let rest = u64::from(n - (head << shift));
-        let x = (u128::from(rest) << INTERNAL_BITS) / u128::from(u64::from(head) << shift);
+        let x = u128::from((rest << (INTERNAL_BITS - shift)) / u64::from(head));
         let x2 = (x * x) >> INTERNAL_BITS;
         let x3 = (x2 * x) >> INTERNAL_BITS;
         let x4 = (x3 * x) >> INTERNAL_BITS;

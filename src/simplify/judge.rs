@@ -1,7 +1,8 @@
 //! Gain of growths in one view: where a leaf would show at another scale, and what it would show
 //! instead of.
 //!
-//! Squares of pixels whose frontmost fragments are all nearer than a triangle of the leaf are
+//! Leaves of which no square of pixels shows anything are found from a sphere around them, without
+//! projecting their corners. Squares whose frontmost fragments are all nearer than a triangle are
 //! skipped. In the others eight depths at a time are compared with the frontmost ones; only pixels
 //! that pass take the alpha test.
 
@@ -33,6 +34,8 @@ pub struct Judge {
     /// Pixels in which the target shows now, as (x, y).
     shown: Vec<[u32; 2]>,
     triangles: Vec<ScreenTriangle>,
+    /// Planes of the leaf at the scale being judged, where they are known.
+    planes: Vec<Option<DepthPlane>>,
     projected: Vec<Option<ScreenPoint>>,
     /// Squares that do not hide the current triangle, as (column, row).
     open: Vec<[i64; 2]>,
@@ -87,6 +90,26 @@ impl ViewOf<'_> {
         (polygons[lane], depths[lane])
     }
 
+    /// Calls `visit` with each square, as (column, row), of a rectangle of pixels that does not
+    /// hide a plane, until it returns false. Returns whether it never did.
+    fn each_open(&self, [low, high]: Bounds, depth: &DepthPlane, mut visit: impl FnMut([i64; 2]) -> bool) -> bool {
+        let side = SIDE as i64;
+        if low[0] > high[0] || low[1] > high[1] {
+            return true;
+        }
+        for row in low[1] / side..=high[1] / side {
+            let [top, bottom] = [low[1].max(row * side), high[1].min(row * side + side - 1)];
+            for column in low[0] / side..=high[0] / side {
+                let [left, right] = [low[0].max(column * side), high[0].min(column * side + side - 1)];
+                let nearest = depth.nearest([left, top], [right, bottom]);
+                if !self.occlusion.hides([column, row].map(|at| at as usize), nearest) && !visit([column, row]) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
     /// Gain of a pixel when one polygon replaces another.
     fn gain(&self, pixel: u32, before: u32, after: u32) -> Gain {
         self.look.gain(before, after, self.layers.reference(pixel))
@@ -109,6 +132,7 @@ impl Judge {
             tiling: None,
             shown: Vec::new(),
             triangles: Vec::new(),
+            planes: Vec::new(),
             projected: Vec::new(),
             open: Vec::new(),
             spans: Vec::new(),
@@ -173,22 +197,24 @@ impl Judge {
     fn gain(&mut self, on: ViewOf<'_>, Growth { target, to, .. }: Growth) -> Gain {
         self.begin_stamping();
         self.triangles.clear();
+        self.planes.clear();
         let (shapes, views, shape) = (on.scene.shapes, on.scene.views, on.shape(target));
+        if self.shown.is_empty() && self.is_hidden(on, shape, to) {
+            return Gain::default();
+        }
         shapes.project(views, on.camera(), shape, to, &mut self.projected);
         self.tiling = on.scene.tiling(shape, to);
         let mut gain = Gain::default();
-        let mut last = None;
         for triangle in shape.triangles[0]..shape.triangles[1] {
             let Some(corners) = shapes.corners(shape, triangle, &self.projected) else { continue };
             let on_screen = corners.map(|corner| [corner.x, corner.y]);
             let Some(bounds) = bounds(on.resolution(), on_screen) else { continue };
-            let plane = shapes.triangles[triangle as usize].plane;
-            let depth = match last {
-                Some((last, depth)) if last == plane => depth,
-                _ => shapes.depth_plane(views, on.camera(), shape, triangle, to),
-            };
-            last = Some((plane, depth));
-            self.find_open(on, bounds, &depth);
+            let depth = self.depth_plane(on, shape, triangle, to);
+            self.open.clear();
+            on.each_open(bounds, &depth, |square| {
+                self.open.push(square);
+                true
+            });
             if !self.open.is_empty() || !self.shown.is_empty() {
                 let Some(area) = Area::new(bounds, on_screen) else { continue };
                 let alpha = shapes.alpha_test(shape, triangle, &corners);
@@ -200,20 +226,26 @@ impl Judge {
         gain.plus(self.no_longer_shown(on, target))
     }
 
-    /// Finds the squares of a triangle's bounds that do not hide it.
-    fn find_open(&mut self, on: ViewOf<'_>, [low, high]: Bounds, depth: &DepthPlane) {
-        self.open.clear();
-        let side = SIDE as i64;
-        for row in low[1] / side..=high[1] / side {
-            for column in low[0] / side..=high[0] / side {
-                let square = [column, row];
-                let first = [0, 1].map(|axis| low[axis].max(square[axis] * side));
-                let last = [0, 1].map(|axis| high[axis].min(square[axis] * side + side - 1));
-                if !on.occlusion.hides(square.map(|at| at as usize), depth.nearest(first, last)) {
-                    self.open.push(square);
-                }
-            }
+    /// Depth plane of a triangle of the leaf at the scale being judged.
+    fn depth_plane(&mut self, on: ViewOf<'_>, shape: &Shape, triangle: u32, scale: f32) -> DepthPlane {
+        let Scene { shapes, views, .. } = on.scene;
+        let place = shapes.plane(triangle) - shapes.plane(shape.triangles[0]);
+        if self.planes.len() <= place as usize {
+            self.planes.resize(place as usize + 1, None);
         }
+        let new = || shapes.depth_plane(views, on.camera(), shape, triangle, scale);
+        *self.planes[place as usize].get_or_insert_with(new)
+    }
+
+    /// Whether the squares around a leaf are known to hide it at a scale.
+    fn is_hidden(&mut self, on: ViewOf<'_>, shape: &Shape, scale: f32) -> bool {
+        let Scene { shapes, views, .. } = on.scene;
+        let Some(around) = shapes.around(views, on.camera(), shape, scale) else { return false };
+        let mut tested = None;
+        (shape.triangles[0]..shape.triangles[1]).all(|triangle| {
+            let is_tested = tested.replace(shapes.plane(triangle)) == Some(shapes.plane(triangle));
+            is_tested || on.each_open(around, &self.depth_plane(on, shape, triangle, scale), |_| false)
+        })
     }
 
     /// Gain of the pixels in open squares in which a triangle shows and the target does not show

@@ -6,7 +6,14 @@
 //! dropped when they come to the top or their stack is full. Every update is recorded as
 //! [`Change`]s of (front, second) pairs, from which areas and criteria are updated.
 
-use super::{change::Change, footprint::Footprints, fragments::Coverage, occlusion::Occlusion, order::PixelOrder};
+use super::{
+    change::Change,
+    footprint::Footprints,
+    fragments::Coverage,
+    occlusion::Occlusion,
+    order::PixelOrder,
+    pixels::{MAX_ROOM, Pixels},
+};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// A fragment packed into one integer that is smaller when nearer: depth in the upper half, row in
@@ -28,44 +35,6 @@ impl Fragment {
     }
 }
 
-/// Record of a pixel: 16 bytes, since steps visit pixels in no order that a cache could foresee.
-#[derive(Debug, Clone, Copy)]
-struct Pixel {
-    /// Frontmost polygon and the one directly behind it. Behind all leaves is wood or background.
-    pair: [u32; 2],
-    /// Index of the stack's first slot.
-    start: u32,
-    /// Number of fragments on the stack, including dead ones, in the lower [`LEN_BITS`]; number of
-    /// free slots behind them in the others.
-    len_and_room: u32,
-}
-
-/// Bits of a stack's length: enough for the largest number of leaves that a plant may have, and
-/// wood.
-const LEN_BITS: u32 = 23;
-/// Largest number of free slots that a stack knows of; others are lost.
-const MAX_ROOM: u32 = u32::MAX >> LEN_BITS;
-
-impl Pixel {
-    fn len(&self) -> u32 {
-        self.len_and_room & ((1 << LEN_BITS) - 1)
-    }
-
-    fn room(&self) -> u32 {
-        self.len_and_room >> LEN_BITS
-    }
-
-    /// Changes the length; slots that become free are room.
-    fn set_len(&mut self, len: u32) {
-        let room = self.len() + self.room() - len;
-        self.set(len, room);
-    }
-
-    fn set(&mut self, len: u32, room: u32) {
-        self.len_and_room = room.min(MAX_ROOM) << LEN_BITS | len;
-    }
-}
-
 /// Wood depth of a pixel without wood; the background lies behind everything.
 pub const NO_WOOD: u32 = u32::MAX;
 
@@ -73,7 +42,7 @@ pub const NO_WOOD: u32 = u32::MAX;
 #[derive(Debug)]
 pub struct Layers {
     order: PixelOrder,
-    pixels: Vec<Pixel>,
+    pixels: Pixels,
     stacks: Vec<Fragment>,
     /// For each polygon, the number of pixels in which it is frontmost, and directly behind.
     seen: Vec<[u32; 2]>,
@@ -88,6 +57,8 @@ pub struct Layers {
     pub changes: Vec<Change>,
 }
 
+/// Marks a slot that is no stack's first.
+const NO_OWNER: u32 = u32::MAX;
 /// Free slots behind all stacks, as a fraction of the fragments, once the stacks are packed. With
 /// more, they are packed less often and take more memory.
 const SPARE: f64 = 0.125;
@@ -124,7 +95,9 @@ impl Layers {
         for pixel in 0..pixels {
             starts[pixel + 1] += starts[pixel] + u32::from(wood_depth[pixel] != NO_WOOD);
         }
-        let mut stacks = vec![Fragment::default(); starts[pixels] as usize];
+        let fragments = starts[pixels] as usize;
+        let mut stacks = Vec::with_capacity(fragments + (fragments as f64 * SPARE) as usize);
+        stacks.resize(fragments, Fragment::default());
         let mut ends = starts[..pixels].to_vec();
         for (end, &depth) in ends.iter_mut().zip(&wood_depth).filter(|(_, depth)| **depth != NO_WOOD) {
             stacks[*end as usize] = Fragment::new(depth, wood_row);
@@ -138,19 +111,24 @@ impl Layers {
             }
         }
         let mut seen = vec![[0; 2]; leaves as usize + 2];
-        let records = (0..pixels).map(|at| {
+        let mut records = Pixels::new(pixels, leaves);
+        for at in 0..pixels {
+            if starts[at] == starts[at + 1] {
+                seen[leaves as usize].iter_mut().for_each(|count| *count += 1);
+                continue;
+            }
             let stack = &mut stacks[starts[at] as usize..starts[at + 1] as usize];
             let len = sorted(stack, leaves, covered);
             let nearest = |place| len.checked_sub(place).map(|at| stack[at]);
             let pair = pair(nearest(1), nearest(2), leaves);
-            let mut pixel = Pixel { pair, start: starts[at], len_and_room: 0 };
             (0..2).for_each(|place| seen[pair[place] as usize][place] += 1);
+            let pixel = records.get_mut(at as u32);
+            (pixel.pair, pixel.start) = (pair, starts[at]);
             pixel.set(len as u32, (stack.len() - len) as u32);
-            pixel
-        });
+        }
         Self {
             order,
-            pixels: records.collect(),
+            pixels: records,
             stacks,
             seen,
             leaves,
@@ -164,8 +142,8 @@ impl Layers {
     /// polygon at full detail, or the row [`outline::beyond`](super::outline::beyond).
     pub fn keep_reference(&mut self, full: &[u32]) {
         self.reference = self.order.arranged(full);
-        let mut occlusion = Occlusion::new(self.pixels.len());
-        for index in 0..self.pixels.len() as u32 {
+        let mut occlusion = Occlusion::new(self.pixels.count());
+        for index in 0..self.pixels.count() as u32 {
             let front = self.nearest(index, 0);
             occlusion.set(index, front.depth(), front.row());
         }
@@ -174,8 +152,8 @@ impl Layers {
 
     /// Returns the frontmost polygon of every pixel, row by row.
     pub fn front_rows(&self) -> Vec<u32> {
-        let numbers = 0..self.pixels.len() as u32;
-        numbers.map(|number| self.pixels[self.order.index_of(number) as usize].pair[0]).collect()
+        let numbers = 0..self.pixels.count() as u32;
+        numbers.map(|number| self.pixels.get(self.order.index_of(number)).pair[0]).collect()
     }
 
     /// Iterates over the reference and the (front, second) pair of every pixel. Returns `None` if
@@ -191,7 +169,7 @@ impl Layers {
 
     /// Polygon directly behind the frontmost one of a pixel.
     pub fn second(&self, index: u32) -> u32 {
-        self.pixels[index as usize].pair[1]
+        self.pixels.get(index).pair[1]
     }
 
     /// Reference of a pixel. References must be kept.
@@ -207,7 +185,7 @@ impl Layers {
     /// Frontmost fragment of a pixel for `place` 0, the one behind it for 1: the background's if
     /// there is none.
     fn nearest(&self, index: u32, place: u32) -> Fragment {
-        let pixel = &self.pixels[index as usize];
+        let pixel = self.pixels.get(index);
         match pixel.len().checked_sub(1 + place) {
             Some(at) => self.stacks[(pixel.start + at) as usize],
             None => Fragment::new(NO_WOOD, self.leaves),
@@ -234,7 +212,7 @@ impl Layers {
         if self.seen(leaf) == [0; 2] {
             return;
         }
-        let from = self.pixels[index as usize].pair;
+        let from = self.pixels.get(index).pair;
         if from.contains(&leaf) {
             self.settle(index, dead);
             self.record(index, from, leaf);
@@ -245,7 +223,7 @@ impl Layers {
     /// where they differ.
     pub fn regrow(&mut self, leaf: u32, footprints: &Footprints, dead: &[AtomicBool]) {
         footprints.for_each_difference(|index, is_covered, depth| {
-            let from = self.pixels[index as usize].pair;
+            let from = self.pixels.get(index).pair;
             if is_covered {
                 self.take(index, leaf, dead);
             }
@@ -259,7 +237,7 @@ impl Layers {
     /// Records the change of a pixel of `leaf`, merging it with the previous change if both are the
     /// same.
     fn record(&mut self, index: u32, from: [u32; 2], leaf: u32) {
-        let to = self.pixels[index as usize].pair;
+        let to = self.pixels.get(index).pair;
         if self.occlusion.is_some() && (from[0] != to[0] || to[0] == leaf) {
             let front = self.nearest(index, 0);
             self.occlusion.iter_mut().for_each(|occlusion| occlusion.set(index, front.depth(), front.row()));
@@ -281,7 +259,7 @@ impl Layers {
     /// Drops the dead fragments above the two nearest live ones and names those two in the record.
     /// `dead` may be empty if no leaf is dead.
     fn settle(&mut self, index: u32, dead: &[AtomicBool]) {
-        let pixel = &mut self.pixels[index as usize];
+        let pixel = self.pixels.get_mut(index);
         let len = pixel.len() as usize;
         let stack = &mut self.stacks[pixel.start as usize..][..len];
         let live_below = |stack: &[Fragment], end: usize| stack[..end].iter().rposition(|&at| !is_dead(dead, at));
@@ -300,7 +278,7 @@ impl Layers {
 
     /// Removes a live leaf from a pixel; does nothing if it was behind the wood.
     fn take(&mut self, index: u32, leaf: u32, dead: &[AtomicBool]) {
-        let pixel = &mut self.pixels[index as usize];
+        let pixel = self.pixels.get_mut(index);
         let stack = &mut self.stacks[pixel.start as usize..][..pixel.len() as usize];
         let Some(at) = stack.iter().rposition(|fragment| fragment.row() == leaf) else { return };
         stack.copy_within(at + 1.., at);
@@ -312,10 +290,10 @@ impl Layers {
 
     /// Adds a fragment unless it is behind the wood.
     fn insert(&mut self, index: u32, fragment: Fragment, dead: &[AtomicBool]) {
-        if self.pixels[index as usize].room() == 0 {
+        if self.pixels.get(index).room() == 0 {
             self.make_room(index, dead);
         }
-        let pixel = &mut self.pixels[index as usize];
+        let pixel = self.pixels.get_mut(index);
         let len = pixel.len() as usize;
         let stack = &mut self.stacks[pixel.start as usize..][..len + 1];
         let at = stack[..len].iter().rposition(|other| *other > fragment).map_or(0, |farther| farther + 1);
@@ -335,7 +313,7 @@ impl Layers {
     /// Drops the dead fragments of a full stack; if there are none, moves the stack to where it has
     /// room for some more.
     fn make_room(&mut self, index: u32, dead: &[AtomicBool]) {
-        let pixel = &mut self.pixels[index as usize];
+        let pixel = self.pixels.get_mut(index);
         let len = pixel.len();
         let slots = pixel.start as usize..(pixel.start + len) as usize;
         let mut kept = slots.start;
@@ -354,7 +332,7 @@ impl Layers {
         if self.stacks.capacity() - self.stacks.len() < needed {
             self.pack(needed, dead);
         }
-        let pixel = &mut self.pixels[index as usize];
+        let pixel = self.pixels.get_mut(index);
         let slots = pixel.start as usize..(pixel.start + len) as usize;
         pixel.start = self.stacks.len() as u32;
         pixel.set(len, room);
@@ -362,30 +340,37 @@ impl Layers {
         self.stacks.resize(self.stacks.len() + room as usize, Fragment::default());
     }
 
-    /// Repacks all stacks without gaps or dead fragments, with at least `spare` free slots behind
-    /// them. Keeps the memory of dead fragments, so that stacks are packed less often as leaves
-    /// become fewer.
+    /// Moves all stacks together, without gaps or dead fragments, with at least `spare` free slots
+    /// behind them. Keeps the memory of dead fragments, so that stacks are packed less often as
+    /// leaves become fewer.
     fn pack(&mut self, spare: usize, dead: &[AtomicBool]) {
-        let live = |pixel: &Pixel| {
-            let stack = &self.stacks[pixel.start as usize..][..pixel.len() as usize];
-            stack.iter().filter(|fragment| !is_dead(dead, **fragment))
-        };
-        let count: usize = self.pixels.iter().map(|pixel| live(pixel).count()).sum();
-        let capacity = count + spare.max((count as f64 * SPARE) as usize);
-        let mut packed = Vec::with_capacity(capacity.max(self.stacks.capacity()));
-        let mut lens = Vec::with_capacity(self.pixels.len());
-        for pixel in &self.pixels {
-            let start = packed.len();
-            packed.extend(live(pixel));
-            lens.push((packed.len() - start) as u32);
+        // For each slot that is a stack's first, the place of its pixel.
+        let mut owners = vec![NO_OWNER; self.stacks.len()];
+        let pixels = self.pixels.kept_mut();
+        for (pixel, place) in pixels.iter_mut().zip(0..) {
+            if pixel.len() > 0 {
+                owners[pixel.start as usize] = place;
+            } else {
+                pixel.start = 0;
+                pixel.set(0, 0);
+            }
         }
-        let mut start = 0;
-        for (pixel, len) in self.pixels.iter_mut().zip(lens) {
-            pixel.start = start;
-            pixel.set(len, 0);
-            start += len;
+        let mut end = 0;
+        for place in owners.into_iter().filter(|place| *place != NO_OWNER) {
+            let pixel = &mut pixels[place as usize];
+            let (slots, start) = (pixel.start as usize..(pixel.start + pixel.len()) as usize, end);
+            for at in slots {
+                let fragment = self.stacks[at];
+                if !is_dead(dead, fragment) {
+                    self.stacks[end] = fragment;
+                    end += 1;
+                }
+            }
+            pixel.start = start as u32;
+            pixel.set((end - start) as u32, 0);
         }
-        self.stacks = packed;
+        self.stacks.truncate(end);
+        self.stacks.reserve_exact(spare.max((end as f64 * SPARE) as usize));
     }
 }
 

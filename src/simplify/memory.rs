@@ -6,12 +6,13 @@
 //! pixels. The estimate also includes a record for each pixel, the data of each leaf and view, and
 //! the triangles of the views that are captured at once.
 //!
-//! Accuracy: the estimate is 1.3 to 1.7 times the measured memory for the embedded species and 0.8
-//! to 2.4 times for four downloaded trees, with two threads on Linux, presets paper and balanced,
-//! 64 to 512 pixels.
+//! Accuracy: the estimate is 1.5 to 2.2 times the measured memory for the English oak and 1.6 to
+//! 3.0 times for two downloaded trees, with two threads on Linux, presets paper and balanced, 64 to
+//! 512 pixels.
 //!
-//! Limits: transparent texels count as covering, so the estimate is too high for sparse leaf
-//! textures. GPU memory and the plant itself are not included.
+//! Limits: transparent texels count as covering and sky as a record for each pixel, so the estimate
+//! is too high for sparse leaf textures and for plants that fill little of their sphere. GPU memory
+//! and the plant itself are not included.
 
 use super::{
     options::{Compensate, Criterion, SimplifyOptions},
@@ -57,7 +58,7 @@ pub fn check(plant: &Plant, options: &SimplifyOptions) -> Result<()> {
 }
 
 /// Estimates the peak memory of [`simplify`](super::simplify()) in bytes, in addition to the plant
-/// itself: 0.8 to 2.4 times what was measured. Takes time proportional to the plant's
+/// itself: up to 3.0 times what was measured. Takes time proportional to the plant's
 /// triangles.
 ///
 /// # Errors

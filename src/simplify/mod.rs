@@ -32,6 +32,7 @@ pub(crate) mod options;
 pub(crate) mod order;
 pub(crate) mod outline;
 pub(crate) mod pairs;
+mod pixels;
 pub(crate) mod price;
 pub(crate) mod prune;
 mod ranking;

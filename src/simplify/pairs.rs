@@ -25,7 +25,7 @@ pub struct Pair {
 }
 
 /// Where a pair is stored. Valid until a pair is removed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Place {
     /// Leaf behind.
     pub second: u32,

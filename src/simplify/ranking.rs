@@ -16,9 +16,6 @@ use super::{
 const EXACT: u64 = 1 << 63;
 /// Number of polygons behind all leaves: background and wood.
 pub const BOTTOMS: usize = 2;
-/// Bucket of a leaf that does not depend on a bottom.
-const NONE: u8 = u8::MAX;
-
 /// Exact error of a leaf.
 #[derive(Debug, Clone, Copy)]
 pub struct Exact {
@@ -37,8 +34,8 @@ struct Standing {
     error: i64,
     /// Movement of the bottoms at that time.
     since: [f64; BOTTOMS],
-    /// Its bucket in the drift of each bottom, or [`NONE`].
-    buckets: [u8; BOTTOMS],
+    /// Number of pixels of each bottom that it would uncover; 0 if it does not depend on it.
+    uncovered: [u32; BOTTOMS],
     is_near: bool,
     is_retired: bool,
 }
@@ -61,14 +58,15 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// Lower bound of a leaf's error, where `movement` is that of a bucket's errors.
-    fn lower(&self, standing: &Standing, movement: impl Fn(&Drift, u8) -> f64) -> i64 {
-        let Standing { error, since, buckets, .. } = *standing;
-        if buckets == [NONE; BOTTOMS] {
+    /// Lower bound of a leaf's error, where `movement` is that of the errors of leaves that uncover
+    /// so many pixels.
+    fn lower(&self, standing: &Standing, movement: impl Fn(&Drift, u32) -> f64) -> i64 {
+        let Standing { error, since, uncovered, .. } = *standing;
+        if uncovered == [0; BOTTOMS] {
             return error;
         }
-        let drifts = buckets.iter().zip(&self.drifts).zip(since).filter(|((bucket, _), _)| **bucket != NONE);
-        let moved: f64 = drifts.map(|((&bucket, drift), since)| movement(drift, bucket) - since).sum();
+        let drifts = uncovered.iter().zip(&self.drifts).zip(since).filter(|((uncovered, _), _)| **uncovered > 0);
+        let moved: f64 = drifts.map(|((&uncovered, drift), since)| movement(drift, uncovered) - since).sum();
         error.saturating_sub((moved * self.scale) as i64 + 1).saturating_sub(self.rounding)
     }
 
@@ -85,7 +83,7 @@ impl Ranking {
     /// Ranks `leaves` leaves first to last; [`set`](Self::set) must follow for each.
     pub fn new(leaves: usize, scale: f64, rounding: i64) -> Self {
         let standing =
-            Standing { error: 0, since: [0.0; BOTTOMS], buckets: [NONE; BOTTOMS], is_near: false, is_retired: false };
+            Standing { error: 0, since: [0.0; BOTTOMS], uncovered: [0; BOTTOMS], is_near: false, is_retired: false };
         Self {
             standings: vec![standing; leaves],
             tournament: Tournament::new(vec![OUT; leaves]),
@@ -110,8 +108,8 @@ impl Ranking {
         self.renew(leaf, exact);
         let standing = &self.standings[leaf as usize];
         if !standing.is_near {
-            let key = match standing.buckets {
-                [NONE, NONE] => (exact.error, EXACT | exact.tie_break),
+            let key = match standing.uncovered {
+                [0, 0] => (exact.error, EXACT | exact.tie_break),
                 _ => (self.bounds.lower_in_this_epoch(standing), leaf.into()),
             };
             self.tournament.set(leaf, key);
@@ -120,12 +118,12 @@ impl Ranking {
 
     fn renew(&mut self, leaf: u32, exact: Exact) {
         let standing = &mut self.standings[leaf as usize];
-        standing.error = exact.error;
-        for (bottom, drift) in self.bounds.drifts.iter_mut().enumerate() {
-            let uncovered = exact.uncovered[bottom];
-            let bucket = if uncovered > 0 { drift.bucket(uncovered) } else { NONE };
-            standing.buckets[bottom] = bucket;
-            standing.since[bottom] = if bucket == NONE { 0.0 } else { drift.so_far(bucket) };
+        (standing.error, standing.uncovered) = (exact.error, exact.uncovered);
+        for (bottom, drift) in
+            self.bounds.drifts.iter_mut().enumerate().filter(|(bottom, _)| exact.uncovered[*bottom] > 0)
+        {
+            drift.use_for(exact.uncovered[bottom]);
+            standing.since[bottom] = drift.so_far(exact.uncovered[bottom]);
         }
     }
 

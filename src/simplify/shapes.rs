@@ -10,6 +10,7 @@ use super::{
     depth::DepthPlane,
     fragments::{AlphaMask, AlphaTest, NO_MASK},
     masks::Masks,
+    raster::Bounds,
     views::{CAMERA_DISTANCE, NEAR, ScreenPoint, View, ViewSet},
 };
 use crate::{
@@ -36,7 +37,7 @@ pub struct Triangle {
     /// Indices into the vertices of [`Shapes`].
     corners: [u32; 3],
     /// Its plane; triangles in the same plane follow each other.
-    pub plane: u32,
+    plane: u32,
 }
 
 /// One leaf, or the wood as a whole, in unit space.
@@ -49,6 +50,8 @@ pub struct Shape {
     pivot: DVec3,
     /// Largest distance of a vertex from the pivot.
     reach: f64,
+    /// Sphere around the vertices: its centre, from the pivot, and its radius.
+    sphere: (DVec3, f64),
     mask: u32,
     /// What an enlarged leaf repeats, if it grows by tiling.
     tiles: Option<Tiles>,
@@ -115,12 +118,16 @@ impl Shapes {
             self.offsets.push(position - pivot);
             self.uv.push(Vec2::from(uv));
         }
-        let reach = self.offsets[first_vertex as usize..].iter().map(|o| o.length_squared()).fold(0.0, f64::max).sqrt();
+        let offsets = &self.offsets[first_vertex as usize..];
+        let radius = |center: DVec3| offsets.iter().map(|o| (*o - center).length_squared()).fold(0.0, f64::max).sqrt();
+        let reach = radius(DVec3::ZERO);
+        let center = offsets.iter().sum::<DVec3>() / offsets.len().max(1) as f64;
+        let sphere = (center, radius(center));
         let mut corner = [0; 3];
         for (i, index) in indices.enumerate() {
             corner[i % 3] = index + first_vertex;
             if i % 3 == 2 {
-                let plane = self.plane(corner, first_plane, reach);
+                let plane = self.plane_of(corner, first_plane, reach);
                 self.triangles.push(Triangle { corners: corner, plane });
             }
         }
@@ -129,6 +136,7 @@ impl Shapes {
             triangles: [first_triangle, self.triangles.len() as u32],
             pivot,
             reach,
+            sphere,
             mask,
             tiles: None,
         });
@@ -136,7 +144,7 @@ impl Shapes {
 
     /// Returns the plane of a triangle: the last plane of the same shape if the triangle lies in
     /// it, else a new one.
-    fn plane(&mut self, corners: [u32; 3], first_plane: usize, reach: f64) -> u32 {
+    fn plane_of(&mut self, corners: [u32; 3], first_plane: usize, reach: f64) -> u32 {
         let [a, b, c] = corners.map(|corner| self.offsets[corner as usize]);
         let tolerance = reach * PLANE_TOLERANCE;
         if let Some(last) = self.planes[first_plane..].last()
@@ -161,6 +169,14 @@ impl Shapes {
         out.extend(offsets.iter().map(|&offset| views.project(view, shape.pivot + offset * scale)));
     }
 
+    /// Rectangle of pixels that holds all those that a shape may cover at `scale`, the last ones
+    /// included; `None` if it may come closer than [`NEAR`].
+    pub fn around(&self, views: &ViewSet, view: &View, shape: &Shape, scale: f32) -> Option<Bounds> {
+        let (center, radius) = shape.sphere;
+        let scale = f64::from(scale);
+        views.around(view, shape.pivot + center * scale, radius * scale)
+    }
+
     /// Smallest and largest 1/w of a shape at any scale up to the largest scale allowed.
     fn range(&self, view: &View, shape: &Shape) -> [f64; 2] {
         let pivot_w = CAMERA_DISTANCE - shape.pivot.dot(view.toward);
@@ -175,16 +191,20 @@ impl Shapes {
         Some([a?, b?, c?])
     }
 
+    /// Plane of a triangle. Those of a shape are numbered on from its first triangle's.
+    pub fn plane(&self, triangle: u32) -> u32 {
+        self.triangles[triangle as usize].plane
+    }
+
     /// Whether scale does not change the depth of a shape: it lies in one plane through its pivot.
     pub fn is_steady(&self, shape: &Shape) -> bool {
-        let plane = |triangle: u32| self.triangles[triangle as usize].plane;
         let [first, end] = shape.triangles;
-        first < end && plane(first) == plane(end - 1) && self.planes[plane(first) as usize].offset == 0.0
+        first < end && self.plane(first) == self.plane(end - 1) && self.planes[self.plane(first) as usize].offset == 0.0
     }
 
     /// Depth plane of a triangle in a view.
     pub fn depth_plane(&self, views: &ViewSet, view: &View, shape: &Shape, triangle: u32, scale: f32) -> DepthPlane {
-        let Plane { normal, offset } = self.planes[self.triangles[triangle as usize].plane as usize];
+        let Plane { normal, offset } = self.planes[self.plane(triangle) as usize];
         let pivot_w = CAMERA_DISTANCE - shape.pivot.dot(view.toward);
         let range = self.range(view, shape);
         let facing = normal.dot(view.toward);

@@ -21,7 +21,7 @@ use super::{
     ranking::BOTTOMS,
     views::MAX_VIEWS,
 };
-use std::sync::Arc;
+use std::{hint::black_box, sync::Arc};
 
 /// One of several equal shares of the leaves.
 #[derive(Debug, Clone, Copy)]
@@ -98,6 +98,24 @@ impl Moves {
     }
 }
 
+/// Number of pairs that are found again without a search.
+const RECENT: usize = 256;
+
+/// A pair whose counts a step changed.
+#[derive(Debug, Clone, Copy, Default)]
+struct Recent {
+    pair: [u32; 2],
+    /// The step; none is 0.
+    step: u32,
+    at: Place,
+}
+
+impl Recent {
+    fn index([front, second]: [u32; 2]) -> usize {
+        (front ^ second.wrapping_mul(31)) as usize % RECENT
+    }
+}
+
 /// F of every view, and how pruning each leaf of a share would change it.
 pub struct Terms {
     share: Share,
@@ -116,6 +134,8 @@ pub struct Terms {
     uncovered_totals: [Vec<u32>; BOTTOMS],
     /// Pairs whose counts changed in this step; their terms are left out until it ends.
     touched_pairs: Vec<Place>,
+    /// Some of these, each at the index that its leaves give.
+    recent: Vec<Recent>,
     /// What this step did so far.
     pub moves: Moves,
 }
@@ -144,6 +164,7 @@ impl Terms {
             uncovered: [vec![[0; MAX_VIEWS]; leaves], vec![[0; MAX_VIEWS]; leaves]],
             uncovered_totals: [vec![0; leaves], vec![0; leaves]],
             touched_pairs: Vec::new(),
+            recent: vec![Recent::default(); RECENT],
             moves: Moves { stamps: vec![0; leaves], movement: vec![0; leaves], step: 1, ..Moves::default() },
         };
         for (view, pair) in fronts {
@@ -236,6 +257,10 @@ impl Terms {
             return;
         }
         let front = self.share.place(front);
+        let recent = self.recent[Recent::index([front, second])];
+        if recent.pair == [front, second] && recent.step == self.moves.step {
+            return self.pairs.add(recent.at, view, delta);
+        }
         self.moves.mark(front);
         match (second as usize).checked_sub(areas.leaves) {
             Some(bottom) => {
@@ -245,12 +270,14 @@ impl Terms {
                 *total = total.wrapping_add_signed(delta);
             }
             None => {
-                let pair = self.pairs.find_or_insert(front, second);
-                if self.pairs.stamp(pair, self.moves.step) {
-                    self.add_pair(pair, &areas.before(second as usize), -1);
-                    self.touched_pairs.push(pair);
+                let (pair, step) = ([front, second], self.moves.step);
+                let at = self.pairs.find_or_insert(front, second);
+                if self.pairs.stamp(at, step) {
+                    self.add_pair(at, &areas.before(second as usize), -1);
+                    self.touched_pairs.push(at);
                 }
-                self.pairs.add(pair, view, delta);
+                self.pairs.add(at, view, delta);
+                self.recent[Recent::index(pair)] = Recent { pair, step, at };
             }
         }
     }
@@ -260,7 +287,11 @@ impl Terms {
     /// front leaves.
     fn move_row(&mut self, second: u32, old: &Sums, new: &Sums) {
         let log_before = [old.total, new.total].map(|total| self.log.log2(total));
-        for pair in self.pairs.behind_others(second) {
+        let pairs = self.pairs.behind_others(second);
+        // Rows come into the cache side by side instead of one after another.
+        let parts = pairs.iter().map(|pair| &self.local[pair.front as usize]).map(|row| row[0] ^ row[8] ^ row[16]);
+        black_box(parts.fold(0, |all, part| all ^ part));
+        for pair in pairs {
             if pair.stamp == self.moves.step {
                 continue;
             }

@@ -25,6 +25,8 @@ pub const MAX_RESOLUTION: u32 = 2048;
 /// Tangent of half the field of view that just contains the unit sphere:
 /// `1 / sqrt(CAMERA_DISTANCE^2 - 1)`, where `sqrt(8) = 2 sqrt(2)`.
 const HALF_FOV_TAN: f64 = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
+/// Pixels by which snapping and rounding may move a corner, and more.
+const SLACK: f64 = 1.0 / 128.0;
 /// The golden ratio and its inverse: vertex coordinates of the dodecahedron and icosahedron.
 const PHI: f64 = 1.618_033_988_749_895;
 const INV_PHI: f64 = 0.618_033_988_749_895;
@@ -133,6 +135,31 @@ impl ViewSet {
         })
     }
 
+    /// First and last pixel, as (x, y), of a rectangle that holds all pixels whose centres a
+    /// surface within a sphere in unit space may cover; empty if there are none. Returns `None` if
+    /// the sphere reaches the near plane.
+    pub fn around(&self, view: &View, center: DVec3, radius: f64) -> Option<[[i64; 2]; 2]> {
+        let w = CAMERA_DISTANCE - center.dot(view.toward);
+        if w - radius <= NEAR {
+            return None;
+        }
+        let pixels_per_tan = self.pixels_per_tan();
+        let (near, far) = (pixels_per_tan / (w - radius), pixels_per_tan / (w + radius));
+        let half = 0.5 * f64::from(self.resolution) - 0.5;
+        let last = i64::from(self.resolution) - 1;
+        let range = |at: f64| {
+            let (low, high) = (at - radius, at + radius);
+            let low = low * if low < 0.0 { near } else { far };
+            let high = high * if high > 0.0 { near } else { far };
+            // One more and one less, since conversion cuts off towards 0.
+            let [low, end] = [half + low - SLACK + 1.0, half + high + SLACK + 1.0].map(|at| at.max(0.0) as i64);
+            [low, (end - 1).min(last)]
+        };
+        let [left, right] = range(center.dot(view.right));
+        let [top, bottom] = range(-center.dot(view.up));
+        Some([[left, top], [right, bottom]])
+    }
+
     /// Ray through the centre of a pixel: returns (x, y) such that the point at axial distance w is
     /// `w * x * right + w * y * up + (CAMERA_DISTANCE - w) * toward`.
     pub fn ray(&self, x: f64, y: f64) -> (f64, f64) {
@@ -200,6 +227,7 @@ fn solid(count: u32) -> Result<Vec<DVec3>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const UNIT: Sphere = Sphere { center: [0.0; 3], radius: 1.0 };
 
@@ -246,6 +274,27 @@ mod tests {
         let point = set.project(view, unit).unwrap();
         assert_eq!((point.x, point.y), (40 * 256, 90 * 256));
         assert!((point.inv_w - 1.0 / w).abs() < 1e-14);
+    }
+
+    proptest! {
+        #[test]
+        fn the_rectangle_around_a_sphere_holds_every_point_in_it(
+            center in prop::array::uniform3(-1.5..1.5_f64), radius in 0.0..0.5_f64,
+            direction in prop::array::uniform3(-1.0..1.0_f64), view in 0..20_usize,
+        ) {
+            let set = ViewSet::new(UNIT, 64, 20).unwrap();
+            let (view, center, direction) = (&set.views[view], DVec3::from(center), DVec3::from(direction));
+            prop_assume!(direction.length() > 0.0);
+            if let Some([low, high]) = set.around(view, center, radius) {
+                let point = set.project(view, center + direction.normalize() * radius).unwrap();
+                for (axis, at) in [point.x, point.y].into_iter().enumerate() {
+                    let (first, last) = ((at + 255).div_euclid(256), at.div_euclid(256));
+                    prop_assert!(low[axis] <= first.max(0) && last.min(63) <= high[axis], "{low:?} {high:?} {point:?}");
+                }
+            } else {
+                prop_assert!(center.dot(view.toward) + radius >= CAMERA_DISTANCE - NEAR);
+            }
+        }
     }
 
     #[test]

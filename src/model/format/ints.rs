@@ -7,6 +7,7 @@
 
 use super::{fault::Decoded, stream::Stream};
 use serde::{Deserialize, Serialize};
+use std::{panic::resume_unwind, thread};
 
 /// Lags that are tried for any column: rings and triangles of up to this many elements.
 const MAX_LAG: u32 = 40;
@@ -30,6 +31,20 @@ pub(super) struct Ints<'a> {
 }
 
 impl Ints<'_> {
+    /// Encodes columns side by side if they are long.
+    pub(super) fn encode_all(columns: &[Vec<u32>]) -> Vec<Ints<'static>> {
+        let [of_another, own] = match columns {
+            [first, rest @ ..] if !rest.is_empty() && first.len() >= SAMPLE => [rest, &columns[..1]],
+            _ => [&[][..], columns],
+        };
+        thread::scope(|scope| {
+            let others: Vec<_> = of_another.iter().map(|column| scope.spawn(|| Self::encode(column))).collect();
+            let own = own.iter().map(|column| Self::encode(column)).collect::<Vec<_>>().into_iter();
+            own.chain(others.into_iter().map(|other| other.join().unwrap_or_else(|panic| resume_unwind(panic))))
+                .collect()
+        })
+    }
+
     pub(super) fn encode(values: &[u32]) -> Ints<'static> {
         if values.iter().all(|value| Some(value) == values.first()) {
             return Self::encode_by(values, (0, false), Stream::deflated);
@@ -53,7 +68,7 @@ impl Ints<'_> {
             0 => values.iter().map(|&value| value as i32).min().unwrap_or_default() as u32,
             _ => values.first().copied().unwrap_or_default(),
         };
-        let differences: Vec<u32> = differences(values, base, lag, sloped).collect();
+        let differences = differences(values, base, lag, sloped);
         let most = differences.iter().copied().max().unwrap_or_default();
         let planes = (4 - most.leading_zeros() / 8) as u8;
         Ints { base, lag, sloped, planes, stream: stream(planes_of(&differences, planes)) }
@@ -88,11 +103,27 @@ impl Ints<'_> {
 }
 
 /// Differences of the elements to their predictions, small ones as small numbers.
-fn differences(values: &[u32], base: u32, lag: u32, sloped: bool) -> impl Iterator<Item = u32> {
-    values.iter().enumerate().map(move |(i, value)| {
-        let difference = value.wrapping_sub(prediction(values, i, base, lag as usize, sloped));
-        if lag == 0 { difference } else { zigzag(difference) }
-    })
+fn differences(values: &[u32], base: u32, lag: u32, sloped: bool) -> Vec<u32> {
+    if lag == 0 {
+        return values.iter().map(|value| value.wrapping_sub(base)).collect();
+    }
+    let lag = lag as usize;
+    let (first, rest) = values.split_at(values.len().min(lag + 1));
+    let mut differences = Vec::with_capacity(values.len());
+    differences.extend(
+        first.iter().enumerate().map(|(i, value)| value.wrapping_sub(prediction(values, i, base, lag, sloped))),
+    );
+    // As `prediction`, without its cases.
+    let lagged = rest.iter().zip(&values[values.len().min(1)..]).map(|(value, lagged)| value.wrapping_sub(*lagged));
+    if sloped {
+        let steps =
+            values[first.len().max(1) - 1..].iter().zip(values).map(|(last, before)| last.wrapping_sub(*before));
+        differences.extend(lagged.zip(steps).map(|(difference, step)| difference.wrapping_sub(step)));
+    } else {
+        differences.extend(lagged);
+    }
+    differences.iter_mut().for_each(|difference| *difference = zigzag(*difference));
+    differences
 }
 
 /// Prediction of element `i` from those before it.
@@ -109,7 +140,10 @@ fn prediction(values: &[u32], i: usize, base: u32, lag: usize, sloped: bool) -> 
 /// Bits that the differences take, roughly.
 fn cost(values: &[u32], (lag, sloped): (u32, bool)) -> u64 {
     let base = values.first().copied().unwrap_or_default();
-    differences(values, base, lag, sloped).map(|difference| u64::from(32 - difference.leading_zeros())).sum()
+    differences(values, base, lag, sloped)
+        .into_iter()
+        .map(|difference| u64::from(32 - difference.leading_zeros()))
+        .sum()
 }
 
 fn zigzag(value: u32) -> u32 {
@@ -121,7 +155,9 @@ fn unzigzag(value: u32) -> u32 {
 }
 
 fn planes_of(values: &[u32], planes: u8) -> Vec<u8> {
-    (0..planes).flat_map(|plane| values.iter().map(move |value| (value >> (8 * plane)) as u8)).collect()
+    let mut bytes = Vec::with_capacity(values.len() * usize::from(planes));
+    (0..planes).for_each(|plane| bytes.extend(values.iter().map(|value| (value >> (8 * plane)) as u8)));
+    bytes
 }
 
 #[cfg(test)]

@@ -124,7 +124,7 @@ impl Numbers<'_> {
                 values.push(codes[column].wrapping_sub(predicted[column]));
             }
         }
-        Numbers { form, columns: columns.iter().map(|column| Ints::encode(column)).collect() }
+        Numbers { form, columns: Ints::encode_all(&columns) }
     }
 
     /// Decodes `count` elements of `width` numbers. Allocates up to 20 bytes for each.
