@@ -38,10 +38,11 @@ pub fn tiles(grow_by: GrowBy, tileable: f64, trial: Option<&Trial>) -> bool {
 }
 
 /// Largest error and silhouette difference of tiles, over those of scaled leaves, with which they
-/// are chosen. The trial finds 0.96 and 1.09 for a pecan, whose tiles have 1 % less error and 6 %
-/// more silhouette difference in held-out views; 1.06 and 1.24 for an oak made by ez-tree, whose
-/// tiles have 6 % and 17 % more.
-const MOST: [f64; 2] = [1.0, 1.15];
+/// are chosen. The trial finds 0.95 and 1.05 for a white oak, whose tiles have 1 % less error and
+/// 7 % more silhouette difference in held-out views; 1.06 and 1.24 for an oak made by ez-tree, whose
+/// tiles have 6 % and 17 % more. Its views are coarse, so it finds 0.1 more of the second than
+/// pictures of the same size.
+const MOST: [f64; 2] = [1.0, 1.2];
 /// How much farther from 1 the grain of tiles may be than that of scaled leaves: tiles of leaves
 /// that fill little of their pictures, such as a zelkova's (0.17), read as a net.
 const MOST_GRAIN: f64 = 0.15;
@@ -61,7 +62,7 @@ mod tests {
         let chosen = |tile: Tried| tiles(GrowBy::Auto, 1.0, Some(&Trial { scale, tile }));
         assert!(chosen(Tried { rmse: 9.9, xor: 0.22, grain: 1.1 }));
         assert!(!chosen(Tried { rmse: 10.1, xor: 0.1, grain: 1.0 }));
-        assert!(!chosen(Tried { rmse: 9.0, xor: 0.24, grain: 1.0 }));
+        assert!(!chosen(Tried { rmse: 9.0, xor: 0.25, grain: 1.0 }));
         assert!(!chosen(Tried { rmse: 9.0, xor: 0.1, grain: 1.26 }));
         assert!(!chosen(Tried { rmse: 9.0, xor: 0.1, grain: 0.74 }));
         assert!(!tiles(GrowBy::Auto, 1.0, None) && !tiles(GrowBy::Tile, 0.0, None) && tiles(GrowBy::Tile, 0.1, None));
