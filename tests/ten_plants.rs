@@ -103,8 +103,9 @@ fn check_tone(name: &str, plain: &[Row], toned: &[Row]) {
 }
 
 /// What was promised of tiles: at most 5 % more error and 15 % more silhouette difference (and
-/// [`LITTLE_AREA`]) than plainly scaled leaves, at the matched size about the structure and the FLIP of these, and a
-/// grain nearer to 1 than that of scaled leaves with the same tone, unless both are near.
+/// [`LITTLE_AREA`]) than plainly scaled leaves, at the matched size about the structure and the
+/// FLIP of these, and a grain nearer to 1 than that of scaled leaves with the same tone, unless
+/// both are near.
 fn check_tiles(name: &str, plain: &[Row], toned: &[Row], tiled: &[Row]) {
     for ((plain, tiled), level) in plain.iter().zip(tiled).zip(LEVELS) {
         let [[plain, plain_matched], [tiled, tiled_matched]] = [plain, tiled];
