@@ -6,12 +6,12 @@ mod common;
 
 use common::{gpu::difference, stage::Stage};
 use foliage_lod::{
-    FoliageModel, Frame, Instance, Look, LookAt, Swap, Timeline,
+    Error, FoliageModel, Frame, Instance, Look, LookAt, Swap, Timeline,
     draw::Variant,
     effects::{Effects, Fade, FadeBy, Shadow, Wind},
     grow::{GrowOptions, Species, grow},
     model::{Growth, Transition},
-    simplify::{CpuFragments, GrowBy, Quiet, Simplified, SimplifyOptions, simplify},
+    simplify::{CpuFragments, GrowBy, Observer, Quiet, Simplified, SimplifyOptions, simplify},
     software::{Image, SoftwareRenderer},
 };
 use glam::{DAffine3, DVec3};
@@ -49,12 +49,45 @@ fn painted(model: &FoliageModel, effects: Effects, active: f32) -> Image {
 }
 
 #[test]
-fn dense_crowns_with_full_pictures_grow_by_tiling_and_others_by_scale() {
+fn a_trial_decides_for_tiles_in_a_dense_crown_and_a_sparse_one_is_not_tried() {
     let dense = simplified("english-oak", 1500, GrowBy::Auto);
-    assert!(dense.leaf_layers > 3.0 && dense.model.growth.tiles, "{}", dense.leaf_layers);
+    let trial = dense.trial.unwrap();
+    println!("{:.2} layers, {trial:?}", dense.leaf_layers);
+    assert!(dense.model.growth.tiles && trial.tile.rmse < trial.scale.rmse, "{trial:?}");
+    assert!(dense.model == simplified("english-oak", 1500, GrowBy::Tile).model);
     let sparse = simplified("betula-populifolia", 60, GrowBy::Auto);
-    assert!(sparse.leaf_layers < 3.0 && !sparse.model.growth.tiles, "{}", sparse.leaf_layers);
-    assert!(!simplified("english-oak", 300, GrowBy::Scale).model.growth.tiles);
+    assert!(sparse.leaf_layers < 2.0 && sparse.trial.is_none(), "{} {:?}", sparse.leaf_layers, sparse.trial);
+    assert!(sparse.model == simplified("betula-populifolia", 60, GrowBy::Scale).model);
+    for grow_by in [GrowBy::Scale, GrowBy::Tile] {
+        assert_eq!(simplified("english-oak", 300, grow_by).trial, None);
+    }
+}
+
+#[test]
+fn a_trial_finds_the_same_with_any_number_of_threads_and_can_be_stopped() {
+    let species = Species::embedded("english-oak").unwrap();
+    let plant = grow(&species, &GrowOptions { leaves: Some(600), ..GrowOptions::default() }).unwrap();
+    let tried = |threads| {
+        let options = SimplifyOptions { resolution: 64, threads, ..SimplifyOptions::balanced() };
+        simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap()
+    };
+    let one = tried(1);
+    for threads in [2, 5] {
+        let several = tried(threads);
+        assert!(one.trial.is_some() && one.trial == several.trial && one.model == several.model, "{threads}");
+    }
+    struct Stop;
+    impl Observer for Stop {
+        fn phase(&mut self, name: &str, total: u64) {
+            assert_eq!((name, total), ("growth", 1200));
+        }
+
+        fn advance(&mut self, _: u64) -> bool {
+            false
+        }
+    }
+    let stopped = simplify(&plant, &SimplifyOptions::balanced(), &mut CpuFragments::new(), &mut Stop);
+    assert!(matches!(stopped, Err(Error::Interrupted)), "{stopped:?}");
 }
 
 #[test]

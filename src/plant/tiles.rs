@@ -81,19 +81,6 @@ impl Tiles {
         Some(Self { low, size, anchor })
     }
 
-    /// The bits of the rectangle.
-    #[cfg(feature = "simplify")]
-    pub(crate) fn rect_bits(&self) -> [u32; 4] {
-        let ([u, v], [width, height]) = (self.low, self.size);
-        [u, v, width, height].map(f32::to_bits)
-    }
-
-    /// Texture coordinates of a point of the rectangle, from 0 to 1 along each axis.
-    #[cfg(feature = "simplify")]
-    pub(crate) fn uv(&self, at: [f32; 2]) -> [f32; 2] {
-        [0, 1].map(|axis| self.low[axis] + self.size[axis] * at[axis])
-    }
-
     /// What a card of this linear scale shows; `None` if that is one picture.
     #[cfg(feature = "software")]
     #[must_use]

@@ -47,6 +47,9 @@ const SAMPLES: u32 = 6;
 /// 128, then two unused bytes.
 pub type Look = [u8; 8];
 
+/// Look of a pale sky, which faces nowhere.
+const SKY: Look = [220, 230, 240, 128, 128, 128, 0, 0];
+
 /// Looks of all polygons in all views.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Appearance {
@@ -67,6 +70,16 @@ pub struct ViewLook<'a> {
 }
 
 impl ViewLook<'_> {
+    /// Whether a row is that of the background.
+    pub fn is_background(&self, row: u32) -> bool {
+        row == self.background
+    }
+
+    /// Look of a row; of the background, that of a pale sky.
+    pub fn before_sky(&self, row: u32) -> Look {
+        if row == self.background { SKY } else { self.looks[row as usize] }
+    }
+
     /// Difference between the looks of two rows; 0 or more.
     pub fn difference(&self, a: u32, b: u32) -> i64 {
         if a == b {
@@ -140,6 +153,12 @@ impl Appearance {
     /// Difference between a polygon and the background.
     pub fn coverage(&self) -> i64 {
         self.coverage
+    }
+
+    /// The looks in some of the views, in this order.
+    pub fn of_views(&self, views: &[usize]) -> Self {
+        let looks = views.iter().flat_map(|&view| self.view(view).looks).copied().collect();
+        Self { looks, ..*self }
     }
 
     /// Looks in one view.

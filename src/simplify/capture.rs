@@ -75,18 +75,21 @@ pub fn capture_leaves(
     captured(&Capture { shapes, views, has_wood: false, tiles, scale }, wood, source, |_| true)
 }
 
-/// Same as [`capture`], but finds only what shows.
+/// Same as [`capture`], but finds only what shows, with each leaf at its own scale, without those for
+/// which `scale` returns `None`, and by tiling if `tiles` says so.
 ///
 /// # Errors
 /// Same as [`capture`].
 pub fn capture_shown(
     shapes: &Shapes,
     views: &ViewSet,
+    scale: impl Fn(usize) -> Option<f32> + Sync,
+    tiles: bool,
     source: &mut dyn FragmentSource,
     advance: impl FnMut(u64) -> bool,
 ) -> Result<Shown> {
     let leaves = shapes.shapes.len() as u32 - 1;
-    let capture = Capture { shapes, views, has_wood: true, tiles: false, scale: |_| Some(1.0) };
+    let capture = Capture { shapes, views, has_wood: true, tiles, scale };
     let fronts = |_: usize, view: &Prepared, coverage: &[Coverage]| {
         let fragment = |entry: &Coverage| (entry.pixel, view.depth(views, *entry), view.rows[entry.triangle as usize]);
         let [fronts, wood_depths] = fronts(views.pixels(), coverage.iter().map(fragment), leaves);

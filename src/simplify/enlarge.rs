@@ -148,6 +148,11 @@ impl Enlarger {
         self.covered[growth.target as usize] = covered;
     }
 
+    /// Scale of a leaf, or `None` if it is pruned.
+    pub fn scale(&self, leaf: usize) -> Option<f32> {
+        (!self.dead[leaf]).then_some(self.scales[leaf])
+    }
+
     /// Surface area of a leaf at its current scale.
     fn area(&self, leaf: u32) -> f64 {
         let scale = f64::from(self.scales[leaf as usize]);

@@ -62,7 +62,8 @@ pub enum GrowBy {
     /// Cut-out leaves that fill a rectangle of their texture repeat it, so that what they show
     /// keeps its size; other leaves are drawn larger.
     Tile,
-    /// By tiling where it does not show as a grid: where many leaves lie behind each other.
+    /// By tiling, if a coarse trial finds neither the error nor the silhouette nor the grain of the
+    /// views worse for it; not in sparse crowns, where tiles show as a grid.
     #[default]
     Auto,
 }

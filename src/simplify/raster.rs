@@ -9,7 +9,7 @@ use crate::{
     Result,
     edge::{Edge, SUBPIXEL, twice_area},
     material::Wrap,
-    plant::{Tiles, Tiling},
+    plant::Tiling,
 };
 use rayon::prelude::*;
 use wide::i32x8;
@@ -186,23 +186,6 @@ impl AlphaMask {
     pub fn covers(&self, u: f32, v: f32) -> bool {
         let texel = texel(v, self.height, self.wrap[1]) * self.width + texel(u, self.width, self.wrap[0]);
         self.bits[texel as usize / 32] >> (texel % 32) & 1 == 1
-    }
-}
-
-/// Samples of a picture along each axis.
-const PICTURE_SAMPLES: u16 = 64;
-
-impl AlphaMask {
-    /// Opaque share of a leaf's picture.
-    pub(super) fn opaque_share(&self, tiles: &Tiles) -> f64 {
-        let at = |i: u16| (f32::from(i) + 0.5) / f32::from(PICTURE_SAMPLES);
-        let row = |j: u16| {
-            (0..PICTURE_SAMPLES).filter(move |&i| {
-                let [u, v] = tiles.uv([at(i), at(j)]);
-                self.covers(u, v)
-            })
-        };
-        (0..PICTURE_SAMPLES).flat_map(row).count() as f64 / (f64::from(PICTURE_SAMPLES) * f64::from(PICTURE_SAMPLES))
     }
 }
 

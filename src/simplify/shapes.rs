@@ -8,7 +8,7 @@
 
 use super::{
     depth::DepthPlane,
-    fragments::{AlphaMask, AlphaTest, NO_MASK},
+    fragments::{AlphaTest, NO_MASK},
     masks::Masks,
     raster::Bounds,
     views::{CAMERA_DISTANCE, NEAR, ScreenPoint, View, ViewSet},
@@ -18,7 +18,6 @@ use crate::{
     plant::{Plant, Tiles, Tiling},
 };
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use std::collections::HashMap;
 
 /// Distance, as a fraction of a leaf's reach, below which its planes are merged with each other and
 /// moved to the pivot: well above the rounding of `f32` positions, well below the bend of a leaf.
@@ -224,20 +223,10 @@ impl Shapes {
         }
     }
 
-    /// Share of the leaves that can grow by tiling, and the mean opaque share of their pictures.
-    pub fn tiled(&self, masks: &[AlphaMask]) -> [f64; 2] {
+    /// Share of the leaves that can grow by tiling.
+    pub fn tileable(&self) -> f64 {
         let leaves = &self.shapes[..self.shapes.len() - 1];
-        let mut opaque = HashMap::new();
-        let tiled: Vec<f64> = leaves
-            .iter()
-            .filter_map(|leaf| Some((leaf.mask, leaf.tiles?)))
-            .map(|(mask, tiles)| {
-                let of_picture = || masks.get(mask as usize).map_or(1.0, |mask| mask.opaque_share(&tiles));
-                *opaque.entry((mask, tiles.rect_bits())).or_insert_with(of_picture)
-            })
-            .collect();
-        let count = tiled.len() as f64;
-        [count / leaves.len().max(1) as f64, tiled.iter().sum::<f64>() / count.max(1.0)]
+        leaves.iter().filter(|leaf| leaf.tiles.is_some()).count() as f64 / leaves.len().max(1) as f64
     }
 
     /// Alpha test of a triangle in a view, from its projected corners.

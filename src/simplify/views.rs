@@ -90,6 +90,18 @@ impl ViewSet {
         Ok(set)
     }
 
+    /// The same cameras at another resolution, which must be in range.
+    pub fn of_resolution(&self, resolution: u32) -> Self {
+        let mut set = Self { resolution, ..self.clone() };
+        set.first_rays = [0.0, 1.0].map(|at| set.ray(at, at));
+        set
+    }
+
+    /// Some of these cameras.
+    pub fn chosen(&self, views: &[usize]) -> Self {
+        Self { views: views.iter().filter_map(|&view| self.views.get(view).copied()).collect(), ..self.clone() }
+    }
+
     /// Centre of the views, in the plant's units.
     pub fn center(&self) -> DVec3 {
         self.center

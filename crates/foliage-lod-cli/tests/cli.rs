@@ -134,10 +134,10 @@ fn json_of_every_subcommand_has_its_keys_and_agrees() {
     assert_eq!((&plant["kind"], &plant["leaves"]), (&"plant".into(), &150.into()));
     let arguments = ["simplify", "t.glb", "-o", "t.vds", "--resolution", "64", "--raster", "cpu", "--json"];
     let simplified = json(&run(&folder, &arguments));
-    let keys = "leaves preset criterion compensate resolution views raster adapter fragments max_scale seconds \
+    let keys = "leaves preset criterion compensate resolution views raster adapter fragments max_scale trial seconds \
                 peak_bytes model_bytes";
     assert_has_keys(&simplified, &keys.split_whitespace().collect::<Vec<_>>());
-    assert_has_keys(&simplified["seconds"], &["import", "fragments", "prune", "write", "total"]);
+    assert_has_keys(&simplified["seconds"], &["import", "growth", "fragments", "prune", "write", "total"]);
     assert_eq!((&simplified["raster"], &simplified["adapter"]), (&"cpu".into(), &Value::Null));
     let bytes = fs::metadata(folder.path().join("t.vds")).unwrap().len();
     assert_eq!(simplified["model_bytes"], bytes);

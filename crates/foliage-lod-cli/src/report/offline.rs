@@ -27,7 +27,7 @@ pub struct OfflineRow {
     pub compensate: &'static str,
     /// Whether the resolution is halved at 15 % of the leaves, and again at 4 %.
     pub cascade: bool,
-    /// Wall-clock time of capturing fragments and pruning.
+    /// Wall-clock time of the trial of growth, of capturing fragments and of pruning.
     pub seconds: f64,
     /// Peak memory of the process during the simplification, including the plant and its pictures;
     /// `None` if the system does not report it.
@@ -87,7 +87,7 @@ pub fn measure(
         criterion: options.criterion.name(),
         compensate: options.compensate.name(),
         cascade: options.cascade,
-        seconds: made.seconds.fragments + made.seconds.prune,
+        seconds: made.seconds.growth + made.seconds.fragments + made.seconds.prune,
         peak_bytes,
         quality: study.quality(&method.at(LEVEL), 0)?,
     };

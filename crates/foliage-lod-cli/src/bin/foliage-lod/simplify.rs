@@ -13,11 +13,11 @@ use foliage_lod::{
     import::{self, ImportOptions, Imported},
     measure::{Reached, Target},
     plant::TRIM_CORNERS,
-    simplify::{GrowBy, Simplified},
+    simplify::{GrowBy, Simplified, Tried},
 };
 use foliage_lod_cli::report::offline::peak_bytes;
 use indicatif::{DecimalBytes, HumanCount};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::Path;
 
 /// Percentages of the leaves that `--pictures` renders.
@@ -40,7 +40,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     if args.trim == args::Switch::On {
         plant.trim(TRIM_CORNERS)?;
     }
-    let (Simplified { mut model, fragments, seconds, leaf_layers }, rasteriser) =
+    let (Simplified { mut model, fragments, seconds, leaf_layers, trial }, rasteriser) =
         simplified(args.raster, &plant, &options)?;
     if options.grow_by == GrowBy::Tile && !model.growth.tiles {
         complain(
@@ -74,6 +74,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
             "max_scale": model.max_scale,
             "tone": model.growth.tone,
             "tiles": model.growth.tiles,
+            "trial": trial.map(|trial| json!({ "scale": tried(trial.scale), "tile": tried(trial.tile) })),
             "cascade": options.cascade,
             "target_leaves": reached.first().map(|reached| reached.leaves),
             "targets": args.target.iter().zip(&reached).map(|(target, reached)| {
@@ -81,6 +82,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
             }).collect::<Vec<_>>(),
             "seconds": {
                 "import": import_seconds,
+                "growth": seconds.growth,
                 "fragments": seconds.fragments,
                 "prune": seconds.prune,
                 "write": write_seconds,
@@ -95,6 +97,11 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
         output::line(output::merged(output::recipe_json(&model.recipe), about))?;
     }
     Ok(())
+}
+
+/// What a trial showed of leaves that grow in one way.
+fn tried(shown: Tried) -> Value {
+    json!({ "rmse": shown.rmse, "xor": shown.xor, "grain": shown.grain })
 }
 
 /// Finds and prints the number of leaves that meets the bound.
