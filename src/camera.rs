@@ -107,8 +107,8 @@ impl Camera {
         0.5 * f64::from(self.height_px) * self.across(1).length()
     }
 
-    /// Diameter in pixels of a sphere, across the line of sight at its centre; infinite for a centre
-    /// that is not before the eye.
+    /// Diameter in pixels of a sphere, across the line of sight at its centre; infinite for a
+    /// centre that is not before the eye.
     pub(crate) fn diameter_px(&self, center: DVec3, radius: f64) -> f32 {
         let w = self.row(3).dot(center.extend(1.0));
         if w > 0.0 { (2.0 * radius * self.pixels_per_unit() / w) as f32 } else { f32::INFINITY }

@@ -27,8 +27,10 @@ const LAYERS: [&[&str]; 12] = [
 ];
 
 /// Exceptions: pairs (user, used) of modules in the same layer.
-const WITHIN_LAYER: [(&str, &str); 2] = [
+const WITHIN_LAYER: [(&str, &str); 3] = [
     ("leaf", "material"),
+    // The least lambda.
+    ("extract", "stochastic"),
     // Areas are measured in the views.
     ("stochastic", "simplify"),
 ];

@@ -93,8 +93,8 @@ impl Counts {
     }
 
     /// Length of the smallest file that accounts for the memory that reading these elements takes,
-    /// `copied` vertices and indices among them in copies of shapes, and `impostor` bytes. `None` if
-    /// that is too much.
+    /// `copied` vertices and indices among them in copies of shapes, and `impostor` bytes. `None`
+    /// if that is too much.
     fn least_bytes(&self, copied: Option<[u64; 2]>, impostor: u64) -> Option<u64> {
         let [in_copies, most] = [copied.unwrap_or_default(), [MAX_ELEMENTS as u64; 2]];
         let all = [self.vertices, self.indices, self.wood_vertices, self.wood_indices];
