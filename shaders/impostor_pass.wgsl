@@ -1,6 +1,6 @@
-// Impostors of plants of one model: a sprite for each plant, from pictures of the model of which the
-// three around the direction to the eye are blended, or mixed pixel by pixel where it is small. Twin
-// of software/sprite.rs.
+// Impostors of plants of one model: a sprite for each plant, from pictures of the model of which
+// the three around the direction to the eye are blended, or mixed pixel by pixel where it is small.
+// Twin of software/sprite.rs.
 
 struct Impostor {
     // Middle of every picture, in local space.
@@ -25,8 +25,8 @@ struct Impostor {
 
 struct Sprite {
     @builtin(position) clip: vec4<f32>,
-    // On the plane through the centre that faces the eye, relative to the centre, at the plant's own
-    // size.
+    // On the plane through the centre that faces the eye, relative to the centre, at the plant's
+    // own size.
     @location(0) at: vec3<f32>,
     // The same in pixels along the sides of the sprite.
     @location(1) at_px: vec2<f32>,
@@ -270,8 +270,8 @@ fn reflected_by_many(lit: Lit) -> vec3<f32> {
     let outwards = unit(lit.in_crown * lit.inverse_half_size);
     let own = select(1.0, 1.0 - CROWN_BLEND, CROWN_NORMALS);
     let lean = select(LEAN, CROWN_BLEND, CROWN_NORMALS);
-    // Mean of the unit vectors along `own` of a normal and `lean` of the outward direction, from the
-    // mean of their squared lengths and its second-order correction.
+    // Mean of the unit vectors along `own` of a normal and `lean` of the outward direction, from
+    // the mean of their squared lengths and its second-order correction.
     let mean_squared = own * own + lean * lean * dot(outwards, outwards) + 2.0 * own * lean * dot(lit.normal, outwards);
     let squared = max(mean_squared, 0.05);
     let bent = own * lean * variance_along(outwards, lit);

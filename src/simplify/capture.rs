@@ -75,8 +75,8 @@ pub fn capture_leaves(
     captured(&Capture { shapes, views, has_wood: false, tiles, scale }, wood, source, |_| true)
 }
 
-/// Same as [`capture`], but finds only what shows, with each leaf at its own scale, without those for
-/// which `scale` returns `None`, and by tiling if `tiles` says so.
+/// Same as [`capture`], but finds only what shows, with each leaf at its own scale, without those
+/// for which `scale` returns `None`, and by tiling if `tiles` says so.
 ///
 /// # Errors
 /// Same as [`capture`].

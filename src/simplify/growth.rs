@@ -38,8 +38,8 @@ pub fn tiles(grow_by: GrowBy, tileable: f64, trial: Option<&Trial>) -> bool {
 }
 
 /// Largest error and silhouette difference of tiles, over those of scaled leaves, with which they
-/// are chosen. The trial finds 0.95 and 1.05 for a white oak, whose tiles have 1 % less error and
-/// 7 % more silhouette difference in held-out views; 1.06 and 1.24 for an oak made by ez-tree, whose
+/// are chosen. The trial finds 0.95 and 1.05 for a white oak, whose tiles have 1 % less error and 7
+/// % more silhouette difference in held-out views; 1.06 and 1.24 for an oak made by ez-tree, whose
 /// tiles have 6 % and 17 % more. Its views are coarse, so it finds 0.1 more of the second than
 /// pictures of the same size.
 const MOST: [f64; 2] = [1.0, 1.2];

@@ -65,7 +65,8 @@ pub struct Tried {
 /// which is not tried.
 ///
 /// # Errors
-/// The errors of `source`; [`Interrupted`](crate::Error::Interrupted) if the observer returns false.
+/// The errors of `source`; [`Interrupted`](crate::Error::Interrupted) if the observer returns
+/// false.
 pub fn run(
     work: &Work<'_>,
     views: &ViewSet,

@@ -197,8 +197,8 @@ impl<'a> Work<'a> {
     }
 }
 
-/// Returns the looks for the criterion, for judging growths, and for a trial of them; each is `None`
-/// if unused.
+/// Returns the looks for the criterion, for judging growths, and for a trial of them; each is
+/// `None` if unused.
 fn appearances(plant: &Plant, options: &SimplifyOptions, views: &ViewSet) -> Result<[Option<Arc<Appearance>>; 3]> {
     let by_image = options.criterion == options::Criterion::Image;
     let is_tried = options.grow_by == GrowBy::Auto;

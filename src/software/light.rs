@@ -70,8 +70,8 @@ impl Light {
         let in_crown = (from_eye - self.crown_center_from_eye) * self.inverse_half_size;
         let open = openness(in_crown.length());
         let sun = self.lighting.sun;
-        // Variance of the normals along a direction, were they spread as those of a hemisphere around
-        // the direction to the eye: along it a quarter of that across it.
+        // Variance of the normals along a direction, were they spread as those of a hemisphere
+        // around the direction to the eye: along it a quarter of that across it.
         let towards_eye = from_eye.normalize_or_zero();
         let spread = (1.0 - normal.length_squared()).max(0.0) / 9.0;
         let variance_along = |axis: Vec3| {
@@ -88,8 +88,8 @@ impl Light {
             None => (1.0, LEAN),
             Some(blend) => (1.0 - blend, blend),
         };
-        // Mean of the unit vectors along `own` of a normal and `lean` of the outward direction, from
-        // the mean of their squared lengths and its second-order correction.
+        // Mean of the unit vectors along `own` of a normal and `lean` of the outward direction,
+        // from the mean of their squared lengths and its second-order correction.
         let squared = own * own + lean * lean * outwards.length_squared() + 2.0 * own * lean * normal.dot(outwards);
         let (squared, bent) = (squared.max(0.05), own * lean * variance_along(outwards));
         let factor = (1.0 + 1.5 * own * lean * bent / (squared * squared)) / squared.sqrt();
