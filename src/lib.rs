@@ -62,6 +62,7 @@ pub mod plant;
 mod random;
 #[cfg(feature = "software")]
 mod srgb;
+pub mod wood;
 
 #[cfg(feature = "simplify")]
 pub mod export;

@@ -11,12 +11,13 @@ use std::{
 };
 
 /// The crate's modules, from the bottom layer up. A module may use itself and lower layers only.
-const LAYERS: [&[&str]; 12] = [
+const LAYERS: [&[&str]; 13] = [
     &["error"],
     &["bounds", "edge", "file", "memory", "random", "srgb"],
     &["camera", "crown"],
     &["leaf", "material"],
     &["plant"],
+    &["wood"],
     &["import", "grow", "export", "model"],
     &["simplify", "extract", "stochastic"],
     &["effects"],
@@ -45,8 +46,20 @@ const ONLY_IN: [(&str, &[&str]); 3] = [
 /// Code that must not depend on the machine, so that the same input produces the same model
 /// everywhere. Square roots are rounded alike on all machines; other functions must come from
 /// `libm`.
-const SAME_EVERYWHERE: [&str; 11] =
-    ["bounds", "crown", "edge", "export/", "grow/", "import/", "model/", "plant", "random", "simplify/", "srgb"];
+const SAME_EVERYWHERE: [&str; 12] = [
+    "bounds",
+    "crown",
+    "edge",
+    "export/",
+    "grow/",
+    "import/",
+    "model/",
+    "plant",
+    "random",
+    "simplify/",
+    "srgb",
+    "wood/",
+];
 /// The bounds in this file only decide what is recomputed, so it may use the platform's logarithm,
 /// which saves 5 % of the time.
 const ANYWHERE: &str = "simplify/drift.rs";

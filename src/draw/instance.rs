@@ -123,6 +123,7 @@ pub struct FarCounts {
     pub impostors: u32,
 }
 
+#[cfg(feature = "software")]
 impl FarCounts {
     /// Counts a plant whose impostor takes this share of its samples.
     pub(crate) fn add(&mut self, share: f32) {

@@ -61,11 +61,6 @@ impl Pages {
         });
         Self { levels: levels.collect() }
     }
-
-    /// Size of all levels of both pages in bytes.
-    pub(crate) fn bytes(&self) -> u64 {
-        self.levels.iter().map(|level| (level.color.len() + level.surface.len()) as u64).sum()
-    }
 }
 
 /// Index in the next level, of half the side, of the texel above texel `at`.

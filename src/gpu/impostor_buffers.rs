@@ -74,7 +74,7 @@ impl ImpostorBuffers {
             layout,
             entries: &entries,
         });
-        Ok(Self { bindings, bytes: pages.bytes() })
+        Ok(Self { bindings, bytes: impostor.gpu_bytes() })
     }
 }
 

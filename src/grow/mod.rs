@@ -81,3 +81,20 @@ fn leaf_material() -> Material {
 fn bark_material() -> Material {
     Material { name: "bark".into(), texture: Some(BARK), ..Material::default() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wood::cut;
+
+    /// Wood is cut into the stems that it was grown from.
+    #[test]
+    fn the_stems_of_grown_wood_are_recovered() {
+        for name in ["english-oak", "betula-populifolia", "carya-illinoinensis"] {
+            let species = Species::embedded(name).unwrap();
+            let grown = weber_penn::grow_stems(&species, species.seed).unwrap();
+            let found = cut(&tube::build_wood(&species, &grown, BARK)).0.len();
+            assert!(found.abs_diff(grown.len()) * 100 <= grown.len(), "{name}: {found} of {}", grown.len());
+        }
+    }
+}

@@ -16,6 +16,8 @@ use foliage_lod::{
     import::{self, Finding, Imported},
     material::Material,
     model::{MAGIC, ModelFile, Part, Precision},
+    plant::Wood,
+    wood,
 };
 use indicatif::{DecimalBytes, HumanCount};
 use serde_json::{Map, Value, json};
@@ -93,6 +95,7 @@ fn tell_plant(Imported { plant, findings, warnings, .. }: &Imported, all: bool) 
     tell_some(&warnings, most(MAX_WARNINGS), "warnings")?;
     let leaves = plant.leaves.len();
     tell_counts("plant", &plant.name, leaves, plant.leaf_triangles(), plant.wood.triangles())?;
+    tell_stems(&plant.wood)?;
     tell_some(&material_lines(&plant.materials), most(MAX_MATERIALS), "materials")?;
     tell_bounds(plant.aabb(), plant.sphere())
 }
@@ -158,6 +161,7 @@ fn tell_model(file: &ModelFile) -> Result<(), Failure> {
     output::line(format_args!("invariants: all hold; largest scale {}", model.max_scale))?;
     tell_storage(file)?;
     tell_outlines(model)?;
+    tell_stems(&model.wood)?;
     if let Some(impostor) = &model.impostor {
         let bytes = DecimalBytes(impostor.gpu_bytes());
         output::line(format_args!("{}, {bytes} on the GPU", baking::summary(model)))?;
@@ -202,6 +206,21 @@ fn tell_outlines(model: &FoliageModel) -> Result<(), Failure> {
     }
     let left = 100.0 * model.to_plant().trimmed_share();
     output::line(format_args!("outlines: {}, which leave {left:.1} % of the leaves' area", model.outlines.len()))
+}
+
+/// Prints the number of stems by level, if there are any.
+fn tell_stems(wood: &Wood) -> Result<(), Failure> {
+    let levels = stem_levels(wood);
+    if levels.is_empty() {
+        return Ok(());
+    }
+    let stems = HumanCount(levels.iter().map(|&count| u64::from(count)).sum());
+    let levels: Vec<String> = levels.iter().map(|&count| HumanCount(count.into()).to_string()).collect();
+    output::line(format_args!("stems: {stems}, by level from the trunk up: {}", levels.join(", ")))
+}
+
+fn stem_levels(wood: &Wood) -> Vec<u32> {
+    wood::levels(&wood::cut(wood).0)
 }
 
 fn precision_line(precision: &Precision) -> String {
@@ -266,6 +285,7 @@ fn plant_json(Imported { plant, origin, findings, warnings }: &Imported) -> Valu
         "leaves": plant.leaves.len(),
         "leaf_triangles": plant.leaf_triangles(),
         "wood_triangles": plant.wood.triangles(),
+        "stems": stem_levels(&plant.wood),
         "materials": materials_json(&plant.materials),
         "bounds": bounds_json(plant.aabb(), plant.sphere()),
         "origin": origin,
@@ -299,6 +319,8 @@ fn model_json(file: &ModelFile) -> Value {
         "precision": output::precision_json(&model.precision),
         "shapes": shapes(model),
         "copies": model.copies.len(),
+        "stems": stem_levels(&model.wood),
+        "impostor": model.impostor.as_ref().map(baking::to_json),
         "outlines": model.outlines.len(),
         "area_left": model.to_plant().trimmed_share(),
         "error_curve": curve,

@@ -1,0 +1,219 @@
+//! The order in which the wood of a plant loses detail, as a model stores it.
+
+use crate::{
+    Error, Result,
+    plant::{Broken, Checked, Wood, check},
+};
+use serde::{Deserialize, Serialize};
+
+/// Most vertices that a vertex slides to one after another.
+pub const MAX_SLIDES: u32 = 64;
+
+/// How much wider a stem is drawn at its foot that is thinner than the error, over the difference
+/// of the error and its width: about what [`WoodOrder::widening`] is.
+#[cfg(feature = "simplify")]
+pub(super) const WIDENING: f32 = 4.0;
+/// Largest widening of wider stems on all sides, over their width: what a tube of three sides lacks
+/// of a round one's.
+pub const MOST_SWELL: f32 = 0.1;
+
+/// Place of a stem among the others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StemLink {
+    /// The stem that it grows on, which has a lower number; `None` for a trunk.
+    pub parent: Option<u32>,
+    /// Number of stems below it, at most 255; 0 for a trunk.
+    pub level: u8,
+}
+
+/// The order in which the wood of a plant loses detail. See [`wood`](crate::wood).
+///
+/// Invariants, checked by [`validate`](Self::validate):
+/// - `triangle_stems` has an element for each triangle of the wood, and `parents` and `thresholds`
+///   for each vertex; all numbers are in range.
+/// - A stem's parent has a lower number, and the level below or, from 255 on, the same.
+/// - Thresholds are above 0, never fall from a vertex to its parent, and have the precision of
+///   [`bf16`](https://en.wikipedia.org/wiki/Bfloat16_floating-point_format): their lower 16 bits
+///   are 0.
+/// - A vertex is its own parent if and only if its threshold is infinite. At most [`MAX_SLIDES`]
+///   parents follow each other.
+/// - `swell` is from -1 to 1, and `widening` from 0 to 16.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WoodOrder {
+    /// The stems, each after its parent.
+    pub stems: Vec<StemLink>,
+    /// Of each triangle of the wood, in the order of its indices: its stem.
+    pub triangle_stems: Vec<u32>,
+    /// Of each vertex of the wood: the vertex that it slides to.
+    pub parents: Vec<u32>,
+    /// Of each vertex of the wood: the error, in the plant's units, from which on it is drawn where
+    /// its parent is.
+    pub thresholds: Vec<f32>,
+    /// Share of the error by which wood is widened on all sides, because collapses move its outline
+    /// inwards; below 0 if outwards.
+    pub swell: f32,
+    /// How much wider a stem is drawn at its foot that is thinner than the error, over the
+    /// difference of the error and its width, so that those that are left cover as much as all of
+    /// them would.
+    pub widening: f32,
+}
+
+pub(super) fn widened([widening, swell]: [f32; 2], width: f32, error: f32) -> f32 {
+    let most = MOST_SWELL * width;
+    0.5 * widening * (error - width).max(0.0) + (swell * error).max(-most).min(most)
+}
+
+/// Number of stems of each level, from the trunks up.
+pub fn levels(stems: &[StemLink]) -> Vec<u32> {
+    let mut levels = vec![0; stems.iter().map(|stem| usize::from(stem.level) + 1).max().unwrap_or_default()];
+    stems.iter().for_each(|stem| levels[usize::from(stem.level)] += 1);
+    levels
+}
+
+impl WoodOrder {
+    /// How far a vertex of a stem of this width is drawn outside the surface, along its normal, at
+    /// an error; all in the plant's units.
+    pub fn widened(&self, width: f32, error: f32) -> f32 {
+        widened([self.widening, self.swell], width, error)
+    }
+
+    /// Checks the invariants for `wood`. O(wood).
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] with the first one that is broken.
+    pub fn validate(&self, wood: &Wood) -> Result<()> {
+        let told = |broken: Broken| Error::invalid("wood order", broken.what, "one that was found for this wood");
+        self.check(wood).map_err(told)
+    }
+
+    fn check(&self, wood: &Wood) -> Checked {
+        let counts = [self.triangle_stems.len(), self.parents.len(), self.thresholds.len()];
+        let expected = [wood.triangles(), wood.vertices.len(), wood.vertices.len()];
+        check(15, counts == expected, || format!("an order of {counts:?} triangles and vertices, not {expected:?}"))?;
+        let [swell, widening] = [self.swell, self.widening];
+        check(15, (-1.0..=1.0).contains(&swell), || format!("wood swells by {swell}"))?;
+        check(15, (0.0..=16.0).contains(&widening), || format!("wood is widened by {widening}"))?;
+        self.check_stems()?;
+        let unknown = self.triangle_stems.iter().find(|&&stem| stem as usize >= self.stems.len());
+        check(15, unknown.is_none(), || format!("stem {unknown:?} of {}", self.stems.len()))?;
+        (0..self.parents.len()).try_for_each(|vertex| self.check_vertex(vertex))
+    }
+
+    fn check_stems(&self) -> Checked {
+        for (i, stem) in self.stems.iter().enumerate() {
+            let level = stem.parent.map(|parent| self.stems[..i].get(parent as usize).map(|below| below.level));
+            let is_sound = match level {
+                None => stem.level == 0,
+                Some(below) => below.is_some_and(|below| below.saturating_add(1) == stem.level),
+            };
+            check(15, is_sound, || format!("stem {i} is {stem:?}"))?;
+        }
+        Ok(())
+    }
+
+    fn check_vertex(&self, vertex: usize) -> Checked {
+        let broken = |what: &str| Broken { invariant: 15, what: format!("wood vertex {vertex} {what}") };
+        let (parent, threshold) = (self.parents[vertex] as usize, self.thresholds[vertex]);
+        if !(threshold > 0.0 && is_short(threshold)) {
+            return Err(broken(&format!("has threshold {threshold}")));
+        }
+        let Some(&next) = self.thresholds.get(parent) else { return Err(broken(&format!("slides to {parent}"))) };
+        if (parent == vertex) != (threshold == f32::INFINITY) || next < threshold {
+            return Err(broken(&format!("slides to {parent} at {threshold}, that one at {next}")));
+        }
+        let mut at = parent;
+        for _ in 0..MAX_SLIDES {
+            match self.parents.get(at).map(|&next| next as usize) {
+                Some(next) if next == at => return Ok(()),
+                Some(next) => at = next,
+                // The vertex that lies outside is reported when its own turn comes.
+                None => return Ok(()),
+            }
+        }
+        Err(broken(&format!("slides more than {MAX_SLIDES} times")))
+    }
+}
+
+/// The number rounded up to one whose lower 16 bits are 0; it must be above 0.
+#[cfg(feature = "simplify")]
+pub(super) fn shortened(number: f32) -> f32 {
+    f32::from_bits(number.to_bits().saturating_add(0xffff).min(f32::INFINITY.to_bits()) & 0xffff_0000)
+}
+
+/// Whether the number's lower 16 bits are 0.
+fn is_short(number: f32) -> bool {
+    number.to_bits() & 0xffff == 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::leaf::Vertex;
+
+    fn wood() -> Wood {
+        Wood { vertices: vec![bytemuck::Zeroable::zeroed(); 4], indices: vec![0, 1, 2, 1, 2, 3], parts: Vec::new() }
+    }
+
+    fn order() -> WoodOrder {
+        let link = |parent, level| StemLink { parent, level };
+        WoodOrder {
+            stems: vec![link(None, 0), link(Some(0), 1)],
+            triangle_stems: vec![0, 1],
+            parents: vec![0, 0, 1, 1],
+            thresholds: vec![f32::INFINITY, 2.0, 1.0, 2.0],
+            swell: 0.1,
+            widening: 4.0,
+        }
+    }
+
+    #[test]
+    fn every_broken_invariant_is_found() {
+        let _: Vertex = wood().vertices[0];
+        assert!(order().check(&wood()).is_ok());
+        let broken: [fn(&mut WoodOrder); 13] = [
+            |order| order.triangle_stems.truncate(1),
+            |order| order.parents.push(0),
+            |order| order.triangle_stems[0] = 2,
+            |order| order.stems[1].parent = Some(1),
+            |order| order.stems[1].level = 2,
+            |order| order.thresholds[2] = 0.0,
+            |order| order.thresholds[2] = 3.0,
+            |order| order.thresholds[1] = 2.000_001,
+            |order| order.thresholds[1] = f32::INFINITY,
+            |order| order.parents[0] = 1,
+            |order| order.parents[3] = 4,
+            |order| order.swell = f32::NAN,
+            |order| order.widening = -1.0,
+        ];
+        for (i, damage) in broken.iter().enumerate() {
+            let mut order = order();
+            damage(&mut order);
+            assert!(order.check(&wood()).is_err(), "{i}");
+        }
+    }
+
+    #[test]
+    fn circles_and_long_ways_are_found() {
+        let wood = |vertices| Wood { vertices: vec![bytemuck::Zeroable::zeroed(); vertices], ..Wood::default() };
+        let circle = WoodOrder { parents: vec![1, 0], thresholds: vec![1.0; 2], ..WoodOrder::default() };
+        assert!(circle.check(&wood(2)).is_err());
+        for (length, is_sound) in [(65, true), (66, false)] {
+            let mut thresholds = vec![1.0; length];
+            thresholds[0] = f32::INFINITY;
+            let parents = (0..length as u32).map(|i| i.saturating_sub(1)).collect();
+            let order = WoodOrder { parents, thresholds, ..WoodOrder::default() };
+            assert_eq!(order.check(&wood(length)).is_ok(), is_sound, "{length}");
+        }
+    }
+
+    #[cfg(feature = "simplify")]
+    #[test]
+    fn shortened_numbers_are_at_least_as_large_and_close() {
+        for number in [1.0, 1.000_000_1, 0.1, 3.3e-20, 7e8] {
+            let short = shortened(number);
+            assert!(is_short(short) && short >= number && short <= number * 1.01, "{number} {short}");
+        }
+        assert_eq!(shortened(f32::INFINITY), f32::INFINITY);
+        assert_eq!(shortened(f32::MAX), f32::INFINITY);
+    }
+}

@@ -1,0 +1,158 @@
+//! Wood at an error: vertices on their way to their parents, and triangles that are still drawn.
+
+use super::order::WoodOrder;
+use crate::{leaf::Vertex, plant::Wood};
+use glam::{Vec2, Vec3};
+
+/// Share of its threshold over which a vertex slides.
+pub const SLIDE: f32 = 0.2;
+
+/// A vertex on its way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slid {
+    /// In plant space.
+    pub position: Vec3,
+    /// Normal, not of unit length.
+    pub normal: Vec3,
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// Linear colour factor.
+    pub color: Vec3,
+}
+
+/// Where the vertices of a plant's wood are at any error.
+#[derive(Debug, Clone, Copy)]
+pub struct Slides<'a> {
+    /// Vertices of the wood.
+    pub vertices: &'a [Vertex],
+    /// An order that is [valid](WoodOrder::validate) for the wood.
+    pub order: &'a WoodOrder,
+}
+
+impl Slides<'_> {
+    /// A vertex at an error in the plant's units. Vertices that have met differ by rounding alone.
+    pub fn at(&self, vertex: u32, error: f32) -> Slid {
+        let mut slid = Slid { position: Vec3::ZERO, normal: Vec3::ZERO, uv: Vec2::ZERO, color: Vec3::ZERO };
+        let (mut at, mut weight) = (vertex as usize, 1.0);
+        loop {
+            let share = slide(error, self.order.thresholds[at]);
+            let here = weight * (1.0 - share);
+            let Vertex { position, normal, uv, color: [r, g, b, _] } = self.vertices[at];
+            slid.position += here * Vec3::from(position);
+            slid.normal += here * Vec3::from(normal);
+            slid.uv += here * Vec2::from(uv);
+            slid.color += here * Vec3::new(r, g, b);
+            weight *= share;
+            if weight <= 0.0 {
+                return slid;
+            }
+            at = self.order.parents[at] as usize;
+        }
+    }
+}
+
+/// Share of the way to its parent that a vertex has gone: 0 up to four fifths of the threshold, 1
+/// from it on.
+fn slide(error: f32, threshold: f32) -> f32 {
+    (error / threshold * (1.0 / SLIDE) - (1.0 / SLIDE - 1.0)).clamp(0.0, 1.0)
+}
+
+/// The error from which on each triangle is not drawn, because two of its corners have met; in the
+/// order of the wood's indices. O(wood).
+pub fn vanishing(wood: &Wood, order: &WoodOrder) -> Vec<f32> {
+    let meetings = Meetings { wood, order, depths: depths(order) };
+    let of_triangle = |corners: &[u32]| {
+        let pairs = [[0, 1], [1, 2], [2, 0]].map(|[a, b]| meetings.of(corners[a], corners[b]));
+        pairs.into_iter().fold(f32::INFINITY, f32::min)
+    };
+    wood.indices.chunks_exact(3).map(of_triangle).collect()
+}
+
+struct Meetings<'a> {
+    wood: &'a Wood,
+    order: &'a WoodOrder,
+    depths: Vec<u8>,
+}
+
+impl Meetings<'_> {
+    /// The error from which on two vertices are at the same place; 0 if they are from the start.
+    /// Vertices at the same place stay together.
+    fn of(&self, a: u32, b: u32) -> f32 {
+        let Self { wood, order, depths } = self;
+        let (mut a, mut b) = (a as usize, b as usize);
+        let mut error = 0.0;
+        while wood.vertices[a].position != wood.vertices[b].position {
+            let [of_a, of_b] = [a, b].map(|vertex| (order.thresholds[vertex], -i16::from(depths[vertex])));
+            let next = if of_a <= of_b { &mut a } else { &mut b };
+            error = order.thresholds[*next];
+            if error == f32::INFINITY {
+                return error;
+            }
+            *next = order.parents[*next] as usize;
+        }
+        error
+    }
+}
+
+/// Number of parents that follow each vertex.
+fn depths(order: &WoodOrder) -> Vec<u8> {
+    let depth = |vertex: usize| {
+        let mut at = vertex;
+        let mut depth = 0;
+        while order.parents[at] as usize != at {
+            at = order.parents[at] as usize;
+            depth += 1;
+        }
+        depth
+    };
+    (0..order.parents.len()).map(depth).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn vertex(x: f32) -> Vertex {
+        Vertex { position: [x, 0.0, 0.0], normal: [0.0, 1.0, 0.0], uv: [x, 1.0], color: [1.0; 4] }
+    }
+
+    /// Four vertices at 0, 1, 2 and 3, each sliding to the one before it.
+    fn chain() -> (Vec<Vertex>, WoodOrder) {
+        let order = WoodOrder {
+            parents: vec![0, 0, 1, 2],
+            thresholds: vec![f32::INFINITY, 4.0, 2.0, 2.0],
+            ..WoodOrder::default()
+        };
+        ((0..4).map(|i| vertex(i as f32)).collect(), order)
+    }
+
+    #[test]
+    fn vertices_slide_without_a_jump_and_stay_together_once_they_have_met() {
+        let (vertices, order) = chain();
+        let slides = Slides { vertices: &vertices, order: &order };
+        let at = |vertex, error| slides.at(vertex, error);
+        assert_eq!(at(3, 0.0).position.x, 3.0);
+        assert_eq!(at(3, 1.59).position.x, 3.0);
+        let mut before = 3.0;
+        for step in 0..=4000 {
+            let error = 0.001 * step as f32 + 1.0;
+            let x = at(3, error).position.x;
+            assert!(x <= before && before - x < 0.01, "{x} after {before} at {error}");
+            before = x;
+        }
+        assert_eq!(before, 0.0);
+        for error in [2.0, 3.0, 3.5, 3.9, 4.0, 9.0] {
+            assert_eq!(at(3, error), at(1, error), "{error}");
+            assert_eq!(at(2, error), at(1, error), "{error}");
+        }
+    }
+
+    #[test]
+    fn triangles_vanish_where_their_first_two_corners_meet() {
+        let (vertices, order) = chain();
+        let wood = Wood { vertices, indices: vec![0, 1, 2, 1, 2, 3, 0, 2, 3, 0, 0, 1], parts: Vec::new() };
+        assert_eq!(vanishing(&wood, &order), [2.0, 2.0, 2.0, 0.0]);
+        let apart = WoodOrder { parents: vec![0, 1, 2, 3], thresholds: vec![f32::INFINITY; 4], ..WoodOrder::default() };
+        assert_eq!(vanishing(&wood, &apart)[..3], [f32::INFINITY; 3]);
+    }
+}

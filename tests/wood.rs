@@ -1,0 +1,129 @@
+//! Stems of wood, and the order in which it loses detail.
+#![cfg(feature = "simplify")]
+
+use foliage_lod::{
+    grow::{GrowOptions, Species, grow},
+    leaf::Vertex,
+    plant::{Wood, WoodPart},
+    wood::{Slides, WoodOrder, cut, levels, nearest_stems, stems, vanishing},
+};
+use glam::Vec3;
+use std::f32::consts::TAU;
+
+fn grown(species: &str) -> Wood {
+    let options = GrowOptions { leaves: Some(10), ..GrowOptions::default() };
+    grow(&Species::embedded(species).unwrap(), &options).unwrap().wood
+}
+
+/// Arms of a tube that fork again and again, all in one welded piece, with shared vertices.
+fn welded(wood: &mut Wood, ring: &[u32], at: Vec3, heading: Vec3, radius: f32, forks: u32) {
+    let sides = ring.len() as u32;
+    let (side, up) = heading.any_orthonormal_pair();
+    let mut below = ring.to_vec();
+    let mut middle = at;
+    for segment in 0..4 {
+        middle += heading * radius * 5.0;
+        let ring_radius = radius * (1.0 - 0.06 * segment as f32);
+        let next: Vec<u32> = (0..sides)
+            .map(|i| {
+                let angle = TAU * i as f32 / sides as f32;
+                let out = side * angle.cos() + up * angle.sin();
+                let position = (middle + out * ring_radius).to_array();
+                let uv = [i as f32 / sides as f32, middle.y];
+                wood.vertices.push(Vertex { position, normal: out.to_array(), uv, color: [1.0; 4] });
+                wood.vertices.len() as u32 - 1
+            })
+            .collect();
+        for i in 0..ring.len() {
+            let j = (i + 1) % ring.len();
+            wood.indices.extend([below[i], below[j], next[j], below[i], next[j], next[i]]);
+        }
+        below = next;
+    }
+    if forks > 0 {
+        for (sign, thinner) in [(1.0, 0.75), (-1.0, 0.65)] {
+            let turned = (heading + (side * 0.4 + up * 0.3) * sign).normalize();
+            welded(wood, &below, middle, turned, radius * thinner, forks - 1);
+        }
+    }
+}
+
+#[test]
+fn wood_in_one_welded_piece_is_cut_into_its_arms() {
+    let mut wood = Wood::default();
+    let foot: Vec<u32> = (0..8).collect();
+    for i in 0..8 {
+        let angle = TAU * i as f32 / 8.0;
+        let out = Vec3::new(angle.cos(), 0.0, angle.sin());
+        let uv = [i as f32 / 8.0, 0.0];
+        wood.vertices.push(Vertex { position: (out * 0.3).to_array(), normal: out.to_array(), uv, color: [1.0; 4] });
+    }
+    welded(&mut wood, &foot, Vec3::ZERO, Vec3::Y, 0.3, 7);
+    // 2^8 - 1 arms, of which half go on from the one below.
+    let (links, of_triangle) = cut(&wood);
+    assert_eq!((links.len(), levels(&links).iter().sum::<u32>(), of_triangle.len()), (128, 128, wood.triangles()));
+    let order = WoodOrder::new(&wood);
+    let measured = stems(&wood, &order);
+    assert!(measured[0].foot.length() < 0.1 && measured[0].level == 0 && measured[0].parent.is_none());
+    assert!(measured.iter().all(|stem| stem.radius[0] > 0.0 && stem.width > 0.0));
+    let tips = measured.iter().map(|stem| stem.tip.to_array());
+    let found = nearest_stems(&wood, &order, tips);
+    let own = (0..).zip(&found).filter(|(number, found)| **found == Some(*number)).count();
+    assert!(own * 10 >= 9 * found.len(), "{own} of {} tips are on their own stem", found.len());
+}
+
+#[test]
+fn the_order_does_not_depend_on_threads() {
+    let wood = grown("carya-illinoinensis");
+    let orders = [1, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| WoodOrder::new(&wood))
+    });
+    assert!(orders[0] == orders[1]);
+    orders[0].validate(&wood).unwrap();
+}
+
+#[test]
+fn triangles_vanish_when_two_corners_have_met_and_few_are_left_at_large_errors() {
+    let wood = grown("betula-populifolia");
+    let order = WoodOrder::new(&wood);
+    let slides = Slides { vertices: &wood.vertices, order: &order };
+    let vanish = vanishing(&wood, &order);
+    let mut before = usize::MAX;
+    for step in 0..16 {
+        let error = 0.001 * 1.6_f32.powi(step);
+        let left = vanish.iter().filter(|&&at| at > error).count();
+        assert!(left <= before, "{left} after {before} at {error}");
+        before = left;
+        for (corners, _) in wood.indices.chunks_exact(3).zip(&vanish).filter(|(_, at)| **at <= error) {
+            let [a, b, c] = [0, 1, 2].map(|i| slides.at(corners[i], error).position);
+            let apart = a.distance(b).min(b.distance(c)).min(c.distance(a));
+            assert!(apart < 1e-5, "the corners of a triangle are {apart} apart at {error}");
+        }
+    }
+    let left = |error: f32| vanish.iter().filter(|&&at| at > error).count();
+    assert_eq!(left(0.0), vanish.len());
+    assert!(left(0.04) * 20 < vanish.len(), "{} of {}", left(0.04), vanish.len());
+}
+
+/// Soup, needles, fans and nothing at all.
+#[test]
+fn any_wood_has_an_order() {
+    let vertex = |position| Vertex { position, normal: [0.0, 1.0, 0.0], uv: [0.0; 2], color: [1.0; 4] };
+    let mut state = 7_u32;
+    let mut unit = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    };
+    for (vertices, triangles, steps) in [(0, 0, 1.0), (3, 1, 8.0), (300, 200, 1e6), (60, 400, 3.0), (12, 500, 1.0)] {
+        let coordinate = |unit: f32| (unit * steps).floor() / steps;
+        let wood = Wood {
+            vertices: (0..vertices).map(|_| vertex([0; 3].map(|_: u32| coordinate(unit())))).collect(),
+            indices: (0..3 * triangles).map(|_| (unit() * vertices as f32) as u32).collect(),
+            parts: vec![WoodPart { indices: [0, 3 * triangles], material: 0 }],
+        };
+        let order = WoodOrder::new(&wood);
+        order.validate(&wood).unwrap();
+        assert!(WoodOrder { swell: 2.0, ..order }.validate(&wood).is_err());
+    }
+}
