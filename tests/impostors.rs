@@ -97,6 +97,7 @@ fn the_same_model_gives_the_same_bytes_on_any_number_of_threads_and_the_file_kee
 fn options_out_of_range_and_a_wish_to_stop_are_errors() {
     for options in [
         BakeOptions { across: 1, ..OPTIONS },
+        BakeOptions { across: 2, is_whole_sphere: true, ..OPTIONS },
         BakeOptions { across: 17, ..OPTIONS },
         BakeOptions { frame_px: 30, ..OPTIONS },
         BakeOptions { frame_px: 260, ..OPTIONS },

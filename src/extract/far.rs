@@ -38,6 +38,9 @@ impl Far {
         let own = (seed.wrapping_mul(HASH_MULTIPLIER) >> 8) as f32 / (1 << 24) as f32;
         let at = self.at_px * (1.0 + SPREAD * (2.0 * own - 1.0));
         let [low, high] = self.band;
+        if diameter_px.is_nan() {
+            return 0.0;
+        }
         unit((high * at / diameter_px.max(0.0)).ln() / (high / low).ln())
     }
 

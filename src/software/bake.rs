@@ -44,7 +44,7 @@ const HALVINGS: u32 = 7;
 /// How an impostor is baked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BakeOptions {
-    /// Frames along each side of the lattice: 2 to 16.
+    /// Frames along each side of the lattice: 2 to 16, at least 3 for the whole sphere.
     pub across: u32,
     /// Side of a frame in texels: a multiple of 4 from 8 to 256.
     pub frame_px: u32,
@@ -65,7 +65,8 @@ impl BakeOptions {
     /// # Errors
     /// [`Error::InvalidOption`] for the first one out of its range.
     pub fn check(&self) -> Result<()> {
-        check_range("bake.across", self.across, FRAMES_ACROSS[0]..=FRAMES_ACROSS[1])?;
+        let lattice = Lattice { across: self.across, is_whole_sphere: self.is_whole_sphere };
+        check_range("bake.across", self.across, lattice.least()..=FRAMES_ACROSS[1])?;
         check_range("bake.frame_px", self.frame_px, FRAME_SIDES[0]..=FRAME_SIDES[1])?;
         if self.frame_px.is_multiple_of(4) {
             return Ok(());

@@ -47,7 +47,7 @@ fn model_files() -> Vec<Vec<u8>> {
         model.quantize();
         assert_eq!(model.copies.len(), if model.leaves.len() == 40 { 38 } else { 0 });
         model.plant.outlines = vec![outline(); 2];
-        let sizes = BakeOptions { across: 2, frame_px: 8, is_whole_sphere: true };
+        let sizes = BakeOptions { across: 3, frame_px: 8, is_whole_sphere: true };
         model.impostor = (model.leaves.len() == 9).then(|| bake(&model, &sizes, &mut |_| true).unwrap());
         model
     });
