@@ -11,7 +11,7 @@ use criterion::{Criterion, SamplingMode};
 use foliage_lod::{
     Camera, FoliageModel, FoliageRenderer, Instance, Look, LookAt,
     extract::Far,
-    gpu::{GpuDevice, GpuOptions, Offscreen, TARGET, texture},
+    gpu::{GpuDevice, Offscreen, TARGET, texture},
     simplify::SimplifyOptions,
     software::{BakeOptions, bake},
 };
@@ -30,11 +30,7 @@ const MOST_WITH_LEAVES: usize = 2000;
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    let gpu = match GpuDevice::new(&GpuOptions::from_env()) {
-        Ok(gpu) => gpu,
-        Err(error) => return println!("skipped: {error}"),
-    };
-    println!("on {}", gpu.adapter_name());
+    let Some(gpu) = common::gpu() else { return };
     let model = model();
     for diameter in DIAMETERS {
         bench(&mut criterion, &gpu, &model, diameter);

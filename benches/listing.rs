@@ -11,7 +11,7 @@ use criterion::{Criterion, SamplingMode};
 use foliage_lod::{
     Camera, FoliageModel, FoliageRenderer, Grove, Instance, Look, LookAt,
     extract::CookLambda,
-    gpu::{GpuDevice, GpuOptions, TARGET},
+    gpu::{GpuDevice, TARGET},
     scene::{Kind, Placement},
     simplify::SimplifyOptions,
 };
@@ -28,11 +28,7 @@ const FRAMES: usize = 100;
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    let gpu = match GpuDevice::new(&GpuOptions::from_env()) {
-        Ok(gpu) => gpu,
-        Err(error) => return println!("skipped: {error}"),
-    };
-    println!("on {}", gpu.adapter_name());
+    let Some(gpu) = common::gpu() else { return };
     let (plants, leaves) = if common::as_test() { (1000, 30) } else { (PLANTS, LEAVES) };
     let mut forest = Forest::new(&gpu, &SPECIES.map(|species| model(species, leaves)), plants);
     let mut parts = [const { Vec::new() }; 3];

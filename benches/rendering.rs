@@ -10,7 +10,7 @@ mod common;
 use criterion::{Criterion, SamplingMode};
 use foliage_lod::{
     FoliageModel, FoliageRenderer, Instance, Look, LookAt, Swap,
-    gpu::{GpuDevice, GpuOptions, Offscreen, TARGET},
+    gpu::{GpuDevice, Offscreen, TARGET},
     simplify::SimplifyOptions,
 };
 use glam::{DAffine3, DVec3};
@@ -21,11 +21,7 @@ const SHARES: [f32; 3] = [1.0, 0.5, 0.15];
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
-    let gpu = match GpuDevice::new(&GpuOptions::from_env()) {
-        Ok(gpu) => gpu,
-        Err(error) => return println!("skipped: {error}"),
-    };
-    println!("on {}", gpu.adapter_name());
+    let Some(gpu) = common::gpu() else { return };
     let model = oak();
     for share in SHARES {
         bench(&mut criterion, &gpu, &model, share);

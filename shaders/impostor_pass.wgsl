@@ -301,17 +301,18 @@ fn spread_light(mean: f32, variance: f32) -> f32 {
 }
 
 fn shaded_sprite(sprite: Sprite, shown: Seen) -> vec4<f32> {
-    let position = impostor.center + shown.hit;
+    let moved = shown.hit + shown.shift;
+    let position = impostor.center + moved;
     var lit = Lit(
         shown.normal,
-        shown.hit - sprite.eye,
+        moved - sprite.eye,
         (position - crown.center_local) * crown.inverse_half_size,
         crown.inverse_half_size,
         sprite.towards_sun,
         sprite.upwards,
         true,
         true,
-        sunlit(position + shown.shift, sprite.instance),
+        sunlit(position, sprite.instance),
     );
     var light = reflected_by_many(lit);
     if shown.leaf < 1.0 {

@@ -9,6 +9,8 @@ use glam::{
 /// Distance of the near plane, in radii of the framed sphere; small, because a camera may be inside
 /// a crown.
 const NEAR_RADII: f64 = 1e-3;
+/// Distance of a sphere's centre, in diameters, within which it is too near for one picture of it.
+const NEAR_DIAMETERS: f64 = 1.0;
 /// Range to which a vertical field of view is clamped, in degrees.
 const FOV_RANGE_DEG: [f64; 2] = [0.1, 175.0];
 
@@ -107,11 +109,14 @@ impl Camera {
         0.5 * f64::from(self.height_px) * self.across(1).length()
     }
 
-    /// Diameter in pixels of a sphere, across the line of sight at its centre; infinite for a
-    /// centre that is not before the eye.
+    /// Diameter in pixels of a sphere, across the line of sight at its centre. Infinite for a
+    /// centre that is not before the eye, and within [`NEAR_DIAMETERS`] of a perspective camera: a
+    /// flat picture of it cannot stand for it there.
     pub(crate) fn diameter_px(&self, center: DVec3, radius: f64) -> f32 {
         let w = self.row(3).dot(center.extend(1.0));
-        if w > 0.0 { (2.0 * radius * self.pixels_per_unit() / w) as f32 } else { f32::INFINITY }
+        let is_near = !self.is_orthographic() && center.distance(self.eye) < NEAR_DIAMETERS * 2.0 * radius;
+        let is_seen = w > 0.0 && !is_near;
+        if is_seen { (2.0 * radius * self.pixels_per_unit() / w) as f32 } else { f32::INFINITY }
     }
 
     /// Change of w per unit of length along the line of sight: 1 for an ordinary perspective, 0 for

@@ -53,6 +53,7 @@ mod crown;
 mod edge;
 mod error;
 pub mod file;
+mod hash;
 pub mod leaf;
 pub mod material;
 #[cfg(feature = "simplify")]

@@ -41,7 +41,11 @@ fn look(far: Option<Far>, effects: Effects) -> Look {
 
 /// A camera that shows the plant with so many pixels across.
 fn camera(direction: DVec3, side: u32) -> Camera {
-    LookAt::framing(&BIRCH.sphere(), direction, 0.3, 1.0).camera(side)
+    look_at(direction).camera(side)
+}
+
+fn look_at(direction: DVec3) -> LookAt {
+    LookAt::framing(&BIRCH.sphere(), direction, 0.3, 1.0)
 }
 
 fn directions() -> impl Iterator<Item = DVec3> {
@@ -246,6 +250,10 @@ fn nothing_exists_that_is_not_called_for_and_each_plant_is_counted_once() {
     assert_eq!((all.far.leaves, all.far.both, all.far.impostors), (1, 2, 3));
     let only = foliage.prepare(device, queue, camera, &plants(id)[3..]).unwrap();
     assert_eq!((only.far.impostors, only.draws, only.leaves, only.wood_triangles), (3, 1, 0, 0));
+    let beside = [Instance { far: Some(1.0), ..Instance::new(id, DAffine3::IDENTITY, 100.0) }];
+    let inside = LookAt { eye: BIRCH.sphere().center() + DVec3::Z * BIRCH.sphere().radius, ..look_at(DVec3::Z) };
+    let near = foliage.prepare(device, queue, inside.camera(64), &beside).unwrap();
+    assert_eq!(near.far.leaves, 1, "no sprite stands for a plant that the eye is in");
     let never = plants(id).map(|plant| Instance { far: None, ..plant });
     assert_eq!(foliage.prepare(device, queue, camera, &never).unwrap().far.leaves, 6);
     let always = plants(id).map(|plant| Instance { far: Some(1.0), ..plant });

@@ -13,7 +13,7 @@ use std::{
 /// The crate's modules, from the bottom layer up. A module may use itself and lower layers only.
 const LAYERS: [&[&str]; 13] = [
     &["error"],
-    &["bounds", "edge", "file", "memory", "random", "srgb"],
+    &["bounds", "edge", "file", "hash", "memory", "random", "srgb"],
     &["camera", "crown"],
     &["leaf", "material"],
     &["plant"],

@@ -16,6 +16,15 @@ pub fn as_test() -> bool {
     has("--test") || !has("--bench")
 }
 
+/// The device that the environment selects; `None`, with a note, without an adapter.
+#[cfg(feature = "render")]
+pub fn gpu() -> Option<foliage_lod::gpu::GpuDevice> {
+    use foliage_lod::gpu::{GpuDevice, GpuOptions};
+    let gpu = GpuDevice::new(&GpuOptions::from_env());
+    gpu.as_ref().map_or_else(|error| println!("skipped: {error}"), |gpu| println!("on {}", gpu.adapter_name()));
+    gpu.ok()
+}
+
 /// An embedded species, with all its leaves or with so many.
 pub fn plant(species: &str, leaves: Option<u32>) -> Plant {
     let species = Species::embedded(species).expect("an embedded species");

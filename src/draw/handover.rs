@@ -3,14 +3,13 @@
 
 use super::records::LEAF_BITS;
 #[cfg(feature = "software")]
-use crate::effects::wind::HASH_MULTIPLIER;
+use crate::hash::hash;
 
 /// The largest share of the impostor: all samples.
 pub(crate) const WHOLE_SHARE: u32 = 1023;
 
 /// Number of leaves to draw, and the share of the impostor from 0 to 1.
 pub(crate) fn packed(drawn: u32, share: f32) -> u32 {
-    // Some of both within the band.
     let share = (share * WHOLE_SHARE as f32).round() as u32;
     drawn.min((1 << LEAF_BITS) - 1) | share.min(WHOLE_SHARE) << LEAF_BITS
 }
@@ -18,14 +17,6 @@ pub(crate) fn packed(drawn: u32, share: f32) -> u32 {
 /// The number of leaves of [`packed`].
 pub(crate) fn leaves(packed: u32) -> u32 {
     packed & ((1 << LEAF_BITS) - 1)
-}
-
-/// Hash of a cell, from 0 to below 1; the function of the same name in `surface.wgsl`.
-#[cfg(feature = "software")]
-pub(crate) fn hash(cell: [i32; 3]) -> f32 {
-    let mixed =
-        cell.into_iter().fold(0_u32, |mixed, at| (mixed ^ mixed >> 15 ^ at as u32).wrapping_mul(HASH_MULTIPLIER));
-    ((mixed ^ mixed >> 15) >> 8) as f32 / 16_777_216.0
 }
 
 /// Mask of `coverage * samples` samples, rounded up where the fraction exceeds 1 - `dither`, and

@@ -72,6 +72,7 @@ impl Lighting {
     }
 }
 
-fn luminance(color: Vec3) -> f32 {
+/// Luminance of a linear colour.
+pub(crate) fn luminance(color: Vec3) -> f32 {
     color.dot(Vec3::from(LUMINANCE))
 }

@@ -1,6 +1,6 @@
 //! Seeds of leaves, by which their partial coverage is spread over samples.
 
-use crate::{bounds::Aabb, crown::inverse_half_size, effects::wind::HASH_MULTIPLIER, leaf::Vertex};
+use crate::{bounds::Aabb, crown::inverse_half_size, hash::HASH_MULTIPLIER, leaf::Vertex};
 use glam::{DVec3, Vec3};
 
 /// Cells of the crown's box along each axis: finer than leaves, and coarse enough that rounding

@@ -22,6 +22,7 @@ use crate::{
         sky::{LOWEST, LOWEST_CHROMATICITY_Y, RGB_FROM_XYZ},
         wind,
     },
+    hash::HASH_MULTIPLIER,
     material::Wrap,
 };
 
@@ -175,7 +176,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_f32("FLUTTER_SHARE_A", wind::FLUTTER_SHARES[0])
         .constant_f32("FLUTTER_SHARE_B", wind::FLUTTER_SHARES[1])
         .constant_f32("FLUTTER_TILT", wind::FLUTTER_TILT)
-        .constant_u32("HASH_MULTIPLIER", wind::HASH_MULTIPLIER)
+        .constant_u32("HASH_MULTIPLIER", HASH_MULTIPLIER)
         .constant_u32("PHASE_STEPS", wind::PHASE_STEPS)
         .constant_f32("WHOLE_SHARE", WHOLE_SHARE as f32)
         .constant_u32("DEPTH_STEPS", DEPTH_STEPS)

@@ -12,7 +12,7 @@
 //! Limits: the trunk is the plant's own +Y axis. Branches are not distinguished: neighbouring
 //! branches sway alike. An enlarged leaf turns as one piece.
 
-use crate::{Result, bounds::Aabb, error::check_range};
+use crate::{Result, bounds::Aabb, error::check_range, hash::HASH_MULTIPLIER};
 use glam::{DAffine3, DVec3, Quat, Vec3};
 use serde::Deserialize;
 use std::f32::consts::TAU;
@@ -56,8 +56,6 @@ pub(crate) const BRANCH_LIFT: f32 = 0.6;
 pub(crate) const FLUTTER_SHARES: [f32; 2] = [0.6, 0.4];
 /// Vertical part of a leaf's turning axis, where the horizontal part is 1: leaves mostly nod.
 pub(crate) const FLUTTER_TILT: f32 = 0.5;
-/// Multiplier of Knuth's multiplicative hash: a prime near 2^32 over the golden ratio.
-pub(crate) const HASH_MULTIPLIER: u32 = 2_654_435_761;
 /// Steps of a leaf's random phases: ten bits each, so that three fit into one 32-bit hash.
 pub(crate) const PHASE_STEPS: u32 = 1024;
 

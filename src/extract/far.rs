@@ -1,14 +1,12 @@
 //! Hand-over from leaves to the impostor of a plant that is small on screen.
 
 use super::sight::unit;
-use crate::{Result, error::check_range};
+use crate::{Result, error::check_range, hash::HASH_MULTIPLIER};
 use serde::Deserialize;
 
 /// Greatest part by which a plant's own diameter of hand-over differs from the others': without it
 /// all plants at one distance would change at once, in a ring around the camera.
 const SPREAD: f32 = 0.15;
-/// Multiplier of Knuth's multiplicative hash: a prime near 2^32 over the golden ratio.
-const HASH_MULTIPLIER: u32 = 2_654_435_761;
 
 /// Sizes on screen at which plants are handed over to their impostors.
 ///
@@ -44,8 +42,10 @@ impl Far {
         unit((high * at / diameter_px.max(0.0)).ln() / (high / low).ln())
     }
 
-    /// The same for a plant whose impostor takes at least a share, or no share at all.
+    /// The same for a plant whose impostor takes at least a share, or no share at all. An infinite
+    /// diameter is that of a plant without an impostor, or one too near for it.
     pub(crate) fn share_of(&self, diameter_px: f32, seed: u32, least: Option<f32>) -> f32 {
+        let least = least.filter(|_| diameter_px < f32::INFINITY);
         least.map_or(0.0, |least| self.share(diameter_px, seed).max(unit(least)))
     }
 
@@ -88,6 +88,7 @@ mod tests {
         for band in [[1.0, 1.0], [0.05, 1.2], [0.8, 11.0], [f32::NAN, 1.25]] {
             assert!(Far { band, ..far }.check().is_err(), "{band:?}");
         }
+        assert_eq!(far.share_of(f32::INFINITY, 1, Some(1.0)), 0.0);
         assert!(far.check().is_ok() && Far { at_px: f32::NAN, ..far }.check().is_err());
     }
 }

@@ -1,11 +1,11 @@
 //! Bakes a model's impostor: draws all of its leaves and wood from every direction of a lattice.
 //!
 //! Each frame is orthographic and has the bounding sphere of the plant in its middle. The same
-//! model gives the same bytes on any machine and any number of threads.
+//! model gives the same bytes on any number of threads.
 
 use super::{
     list::DrawList,
-    painter::Painter,
+    painter::{Painter, mean_color},
     sprite::PlacedImpostor,
     tile::Surfaces,
     {Background, DrawOptions, Image},
@@ -14,11 +14,10 @@ use crate::{
     Camera, Depth, Error, LookAt, Result,
     bounds::Sphere,
     draw::{
-        light::{Lighting, TOWARDS_SUN},
+        light::{Lighting, TOWARDS_SUN, luminance},
         mips::srgb_from_linear,
         pages::{Pages, surface_texel},
     },
-    effects::sky::LUMINANCE,
     error::check_range,
     model::{FRAME_SIDES, FRAMES_ACROSS, FoliageModel, Impostor, Lattice},
     srgb::linear_bytes,
@@ -172,35 +171,30 @@ impl Compared<'_> {
     /// The impostor with the coverage of its texels raised to the power with which sprites cover as
     /// much as the plant does, and its colours multiplied so that they are as bright.
     fn corrected(&self, impostor: Impostor) -> Result<Impostor> {
-        let covered = |images: &[Image]| images.iter().map(|image| sums(image, &linear_bytes())[1]).sum::<f32>();
-        let views: Vec<Camera> = CORRECTED_AT.into_iter().flat_map(|side| views(&self.sphere, side)).collect();
-        let wanted = covered(&self.plant(&views, &bare(Lighting::default()))?);
+        let views: Vec<Camera> =
+            CORRECTED_AT.into_iter().flat_map(|side| views(&self.sphere, side, CORRECTION_VIEWS)).collect();
+        let options = bare(Lighting::default());
+        let wanted = covered(&self.plant(&views, &options)?);
         // The greater the exponent, the less is covered.
         let [mut low, mut high] = EXPONENTS;
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            let found = covered(&self.sprites(&raised(&impostor, middle), &views, &bare(Lighting::default()))?);
-            if found > wanted {
+            if covered(&self.sprites(&raised(&impostor, middle), &views, &options)?) > wanted {
                 low = middle;
             } else {
                 high = middle;
             }
         }
         let impostor = raised(&impostor, 0.5 * (low + high));
-        let (mut plant, mut sprites) = ([0.0; 2], [0.0; 2]);
+        let views: Vec<Camera> = self::views(&self.sphere, CORRECTED_AT[0], SUN_VIEWS).collect();
+        let (mut plant, mut sprites) = (Vec::new(), Vec::new());
         for towards_sun in SUNS {
             let options = bare(Lighting { towards_sun, ..Lighting::default() });
-            let views: Vec<Camera> = views_at(&self.sphere, CORRECTED_AT[0], SUN_VIEWS).collect();
-            for (sum, images) in [
-                (&mut plant, self.plant(&views, &options)?),
-                (&mut sprites, self.sprites(&impostor, &views, &options)?),
-            ] {
-                let of_images = images.iter().map(|image| sums(image, &linear_bytes()));
-                *sum = of_images.fold(*sum, |[light, covered], of| [light + of[0], covered + of[1]]);
-            }
+            plant.extend(self.plant(&views, &options)?);
+            sprites.extend(self.sprites(&impostor, &views, &options)?);
         }
-        let gain = plant[0] * sprites[1] / (plant[1] * sprites[0]);
-        Ok(if gain.is_finite() { brightened(impostor, gain) } else { impostor })
+        let [plant, sprites] = [plant, sprites].map(|images| luminance(mean_color(&images).into()));
+        Ok(if sprites > 0.0 { brightened(impostor, plant / sprites) } else { impostor })
     }
 
     fn plant(&self, views: &[Camera], options: &DrawOptions) -> Result<Vec<Image>> {
@@ -228,13 +222,9 @@ fn bare(lighting: Lighting) -> DrawOptions {
     DrawOptions { background: Background::Transparent, lighting, ..DrawOptions::default() }
 }
 
-/// Sums over a picture: of linear luminance times coverage, and of coverage.
-fn sums(image: &Image, linear: &[f32; 256]) -> [f32; 2] {
-    image.rgba.as_chunks::<4>().0.iter().fold([0.0; 2], |[light, covered], &[r, g, b, alpha]| {
-        let share = f32::from(alpha) / 255.0;
-        let luminance = Vec3::from([r, g, b].map(|byte| linear[byte as usize])).dot(Vec3::from(LUMINANCE));
-        [light + luminance * share, covered + share]
-    })
+/// Sum of the coverage of all pixels.
+fn covered(images: &[Image]) -> u64 {
+    images.iter().flat_map(|image| image.rgba.iter().skip(3).step_by(4)).map(|&alpha| u64::from(alpha)).sum()
 }
 
 /// The impostor with its coverage raised to a power.
@@ -256,12 +246,8 @@ fn brightened(mut impostor: Impostor, gain: f32) -> Impostor {
     impostor
 }
 
-/// Views between the frames, all around and from level to steep.
-fn views(sphere: &Sphere, side_px: u32) -> impl Iterator<Item = Camera> {
-    views_at(sphere, side_px, CORRECTION_VIEWS)
-}
-
-fn views_at(sphere: &Sphere, side_px: u32, count: u32) -> impl Iterator<Item = Camera> {
+/// So many views between the frames, all around and from level to steep.
+fn views(sphere: &Sphere, side_px: u32, count: u32) -> impl Iterator<Item = Camera> {
     (0..count).map(move |i| {
         let turn = 0.37 + f64::from(i) * std::f64::consts::TAU / f64::from(count);
         let height = 0.07 + 0.88 / f64::from(count) * f64::from(i * 3 % count);

@@ -6,13 +6,14 @@ use crate::{
     Camera, Depth,
     bounds::{Aabb, largest_scale},
     draw::{
-        handover::{covered_samples, far_samples, hash},
+        handover::{covered_samples, far_samples},
         light::Lighting,
         mips::SrgbTable,
         pages::Pages,
         sprite::{DEEP_FROM_PX, DEPTH_STEPS, LEAST_APPROACH, LEAST_PX, MOST_PULL},
     },
     effects::wind::Sway,
+    hash::hash,
     model::{Impostor, Lattice},
 };
 use glam::{DAffine3, DMat4, DVec2, DVec3, DVec4, Vec2, Vec3};
@@ -89,12 +90,12 @@ pub(super) struct Seen {
     from_eye: Vec3,
 }
 
-/// Texel of both pages: linear colour and coverage; mean normal to the right, up and towards the
-/// viewer, depth, and part of leaves.
+/// Texel of both pages.
 #[derive(Clone, Copy, Default)]
 struct Texel {
+    /// Linear colour, and coverage.
     color: [f32; 4],
-    /// To the right, up, depth, code; see [`Impostor::surface`].
+    /// Mean normal to the right and up, depth, and code; see [`Impostor::surface`].
     surface: [f32; 4],
 }
 

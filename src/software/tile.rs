@@ -139,10 +139,11 @@ impl Tile {
             for x in columns.clone() {
                 let pixel = (y * TILE_PX as i64 + x) as usize;
                 let Some(seen) = sprite.seen(self.global([x, y]), scene.srgb) else { continue };
-                for s in samples(seen.samples).filter(|&s| seen.nearness > self.nearness[pixel][s]).collect::<Vec<_>>()
-                {
-                    self.nearness[pixel][s] = seen.nearness;
-                    self.owner[pixel][s] = SPRITE | index;
+                for s in samples(seen.samples) {
+                    if seen.nearness > self.nearness[pixel][s] {
+                        self.nearness[pixel][s] = seen.nearness;
+                        self.owner[pixel][s] = SPRITE | index;
+                    }
                 }
                 self.farthest[pixel] = self.nearness[pixel].iter().copied().fold(f32::INFINITY, f32::min);
             }

@@ -50,7 +50,10 @@ impl Failure {
 }
 
 /// Library fields whose flag has a different name, each with that flag.
-const FLAGS: [(&str, &str); 6] = [
+const FLAGS: [(&str, &str); 9] = [
+    ("bake.across", "--far"),
+    ("bake.frame_px", "--far"),
+    ("far.at_px", "--far"),
     ("max_memory_mb", "--max-memory"),
     ("species", "SPECIES"),
     ("CpuFragments", "--raster cpu"),
