@@ -46,7 +46,7 @@ const ONLY_IN: [(&str, &[&str]); 3] = [
 /// Code that must not depend on the machine, so that the same input produces the same model
 /// everywhere. Square roots are rounded alike on all machines; other functions must come from
 /// `libm`.
-const SAME_EVERYWHERE: [&str; 12] = [
+const SAME_EVERYWHERE: [&str; 13] = [
     "bounds",
     "crown",
     "edge",
@@ -56,6 +56,7 @@ const SAME_EVERYWHERE: [&str; 12] = [
     "model/",
     "plant",
     "random",
+    "scene/patch/",
     "simplify/",
     "srgb",
     "wood/",

@@ -11,7 +11,7 @@ use common::{
 };
 use foliage_lod::{
     FoliageModel, FoliageRenderer, Instance, Look, LookAt, Swap,
-    draw::{Coloring, ModelId, Prepared},
+    draw::{self, Coloring, ModelId, Prepared},
     gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
     material::Wrap,
@@ -184,6 +184,7 @@ fn a_model_takes_72_bytes_for_each_leaf_that_is_a_quad_and_16_for_each_vertex_of
     let Some(stage) = Stage::new(&[&model]) else { return };
     let [leaves, wood] = stage.foliage.diagnostics().model_bytes;
     println!("{leaves} bytes for 900 leaves, {wood} for {} vertices of wood", model.wood.vertices.len());
+    assert_eq!(draw::gpu_bytes(&model), [leaves, wood]);
     // The rest are looks, nearly all of them of the wood: 2.5 bytes for each of its vertices.
     let looks = leaves - 72 * 900;
     assert!(2 * looks < 5 * model.wood.vertices.len() as u64, "{looks}");

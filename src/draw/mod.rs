@@ -43,6 +43,8 @@ pub use instance::{FarCounts, Frame, Instance, ModelId, Prepared, ScalesId};
 pub use landscape::{Ground, Landscape, Rays};
 pub use light::Lighting;
 pub use look::{Coloring, Look, Variant};
+#[cfg(feature = "render")]
+pub use packed::gpu_bytes;
 pub use shader::ShaderSource;
 pub use stems::{DrawnStems, Levels, Stems};
 pub use sun::SunView;

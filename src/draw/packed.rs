@@ -21,16 +21,25 @@ mod looks;
 use super::{
     quads::Quads,
     records::{
-        CrownRecord, Event, LEAF_BITS, LeafVertex, LookRecord, NO_EXTRA, PackedCorner, PackedLeaf, PackedWood,
-        PackingRecord, WoodVertex,
+        CrownRecord, Event, LEAF_BITS, LeafVertex, LookRecord, MaterialRecord, NO_EXTRA, PackedCorner, PackedLeaf,
+        PackedWood, PackingRecord, WoodVertex,
     },
     upload::Upload,
 };
-use crate::bounds::Aabb;
+use crate::{bounds::Aabb, model::FoliageModel};
 use bits::{color_bits, normal_bits, uv_bits, width_bits};
 use glam::{Vec2, Vec3};
 use grid::Grid;
 use looks::{Looks, look, unit_of_length, wood_look};
+
+/// Sizes in bytes of what a model takes on the GPU: its leaves with their timelines and all that
+/// they share with the wood, and the wood; textures and impostors are not counted. O(vertices).
+///
+/// A renderer sums them over its models in
+/// [`Diagnostics::model_bytes`](crate::gpu::Diagnostics::model_bytes).
+pub fn gpu_bytes(model: &FoliageModel) -> [u64; 2] {
+    Packed::new(Upload::new(model)).bytes(model.materials.len())
+}
 
 /// Looks that a leaf's record can hold.
 const FEW_LOOKS: usize = 256;
@@ -68,6 +77,20 @@ impl Packed {
         packed.wood_indices = upload.wood_indices;
         packed.quad_ends = quads.ends;
         packed
+    }
+
+    /// Sizes in bytes of the buffers that hold it: of leaves, with `materials` materials, and of
+    /// wood.
+    pub(crate) fn bytes(&self, materials: usize) -> [u64; 2] {
+        // A binding is never empty.
+        fn held<T>(contents: &[T]) -> u64 {
+            (contents.len().max(1) * size_of::<T>()) as u64
+        }
+        let tables = held(&self.corners) + held(&self.leaves) + held(&self.events);
+        let shared = held(&self.looks) + held(&self.extras) + (materials.max(1) * size_of::<MaterialRecord>()) as u64;
+        let uniforms = size_of::<CrownRecord>() + size_of::<PackingRecord>();
+        let wood = size_of_val(&self.wood_vertices[..]) + size_of_val(&self.wood_indices[..]);
+        [tables + shared + uniforms as u64, wood as u64]
     }
 
     fn pack_leaves(&mut self, upload: &Upload, quads: &Quads, looks: &mut Looks) {

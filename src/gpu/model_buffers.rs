@@ -19,8 +19,8 @@ pub(super) struct ModelBuffers {
     pub(super) bindings: wgpu::BindGroup,
     pub(super) wood: Option<WoodBuffers>,
     pub(super) impostor: Option<ImpostorBuffers>,
-    /// Size of the bound buffers in bytes.
-    bytes: u64,
+    /// Sizes in bytes of the buffers of the leaves and of the wood.
+    bytes: [u64; 2],
 }
 
 /// Vertex and index buffer of a model's wood.
@@ -74,8 +74,7 @@ impl ModelBuffers {
             layout,
             entries: &entries,
         });
-        let bytes = buffers.iter().map(|(_, buffer)| buffer.size()).sum();
-        Ok(Self { bindings, wood: wood(&fill, packed)?, impostor: None, bytes })
+        Ok(Self { bindings, wood: wood(&fill, packed)?, impostor: None, bytes: packed.bytes(materials.len()) })
     }
 
     /// Size in bytes of the impostor's pages.
@@ -85,8 +84,7 @@ impl ModelBuffers {
 
     /// Size in bytes of the buffers of the leaves and of the wood.
     pub(super) fn bytes(&self) -> [u64; 2] {
-        let wood = self.wood.as_ref().map_or(0, |wood| wood.vertices.size() + wood.indices.size());
-        [self.bytes, wood]
+        self.bytes
     }
 }
 

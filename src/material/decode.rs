@@ -114,6 +114,27 @@ pub(crate) fn decode_tga(bytes: &[u8]) -> std::result::Result<Pixels, String> {
     decoded(decoder).map_err(failed)
 }
 
+/// Decodes the luminance of an image as stored, in 16 bits, within the same bounds.
+///
+/// # Errors
+/// The reason, in a few words.
+#[cfg(feature = "scene")]
+pub(crate) fn decode_grey(
+    bytes: &[u8],
+    format: image::ImageFormat,
+) -> std::result::Result<image::ImageBuffer<image::Luma<u16>, Vec<u16>>, String> {
+    let failed = |error: image::ImageError| error.to_string().replace('\n', " ");
+    let decoder = limited(bytes, format).map_err(failed)?;
+    let (width, height) = decoder.dimensions();
+    // What is decoded, what the decoder holds, and the luminance.
+    let texels = u64::from(width) * u64::from(height);
+    let held = DECODER_BYTES + decoder.total_bytes() + texels * (SCANS_TEXEL_BYTES + 2);
+    if held > bound(bytes.len() as u64) {
+        return Err(format!("decoding to {width} x {height} texels needs more memory than its size accounts for"));
+    }
+    Ok(DynamicImage::from_decoder(decoder).map_err(failed)?.into_luma16())
+}
+
 /// Maximum memory, in bytes, for decoding an image of `length` bytes.
 pub(crate) fn bound(length: u64) -> u64 {
     BOUND[0] * length + BOUND[1]

@@ -3,6 +3,8 @@
 //! A [`Grove`] holds the placements of plants. Each frame, [`Grove::select`] takes a
 //! [`Camera`](crate::Camera) and returns the instances in view with their active counts. A renderer
 //! needs nothing else per frame: models and their timelines never change.
+//!
+//! [`patch`] places plants over whole landscapes, where the camera is.
 
 mod camera;
 mod check;
@@ -10,6 +12,7 @@ mod file;
 mod frustum;
 mod grove;
 mod lod;
+pub mod patch;
 mod scatter;
 
 pub use camera::{CameraEntry, Orbit, Station};

@@ -11,6 +11,7 @@ use crate::{
 use foliage_lod::{
     FoliageModel,
     bounds::{Aabb, Sphere},
+    draw::gpu_bytes,
     effects::Counts,
     file,
     import::{self, Finding, Imported},
@@ -191,7 +192,11 @@ fn tell_storage(file: &ModelFile) -> Result<(), Failure> {
         let [copies, shapes] = [copies, shapes].map(|count| HumanCount(count as u64));
         output::line(format_args!("shapes: {shapes}, of which {copies} leaves are copies"))?;
     }
-    output::line(format_args!("precision: {}", precision_line(&file.model.precision)))
+    output::line(format_args!("precision: {}", precision_line(&file.model.precision)))?;
+    let [leaves, wood] = gpu_bytes(&file.model);
+    let a_leaf = bytes(leaves as f64 / file.model.leaves.len().max(1) as f64);
+    let [leaves, wood] = [leaves, wood].map(DecimalBytes);
+    output::line(format_args!("on the GPU: leaves {leaves}, {a_leaf} a leaf, wood {wood}; textures not counted"))
 }
 
 /// Number of shapes that leaves share.
@@ -301,6 +306,7 @@ fn model_json(file: &ModelFile) -> Value {
     let point =
         |p: CurvePoint| json!({ "percent": p.percent, "leaves": p.leaves, "error": p.error, "largest_scale": p.scale });
     let curve: Vec<Value> = curve(model).into_iter().map(point).collect();
+    let [leaf_bytes, wood_bytes] = gpu_bytes(model);
     let about = json!({
         "kind": "model",
         "name": model.name,
@@ -321,6 +327,7 @@ fn model_json(file: &ModelFile) -> Value {
         "copies": model.copies.len(),
         "stems": stem_levels(&model.wood),
         "impostor": model.impostor.as_ref().map(baking::to_json),
+        "gpu_bytes": { "leaves": leaf_bytes, "wood": wood_bytes },
         "outlines": model.outlines.len(),
         "area_left": model.to_plant().trimmed_share(),
         "error_curve": curve,
