@@ -147,7 +147,7 @@ fn unknown_species_and_keys_and_values_out_of_range_are_named() {
     let refusal = |text: &str| Species::from_toml(text, Path::new("my.toml")).unwrap_err().to_string();
     assert_eq!(
         Species::embedded("elm").unwrap_err().to_string(),
-        "species is \"elm\"; it must be english-oak, carya-illinoinensis, betula-populifolia, or a species .toml file"
+        "species is \"elm\"; it must be english-oak, carya-illinoinensis, betula-populifolia, hazel, male-fern, meadow-grass, or a species .toml file"
     );
     let unknown = refusal(&OAK.replace("lobe_depth", "lobe_deepness"));
     assert!(unknown.starts_with("my.toml: line ") && unknown.contains("unknown field `lobe_deepness`"), "{unknown}");

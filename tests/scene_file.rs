@@ -28,6 +28,8 @@ fn the_samples_are_read_and_hold_what_they_say() {
     let [turntable, nine, forest] = ["turntable.toml", "nine-trees.toml", "forest.toml"].map(sample);
     assert_eq!((turntable.plants.len(), nine.plants.len()), (1, 9));
     assert_eq!(forest.plants.len() + forest.scatter[0].spots().unwrap().len(), 1000);
+    let meadow = SceneFile::read("data/scenes/meadow.toml").unwrap();
+    assert_eq!(meadow.patch.iter().map(|patch| patch.kinds.len()).sum::<usize>(), 6);
     assert!(turntable.effects.wind.is_some() && nine.effects == Default::default());
     let fade = forest.effects.fade.unwrap();
     assert_eq!((fade.by, fade.rule, forest.effects.contrast), (FadeBy::Size, FadeRule::Window, None));
@@ -86,6 +88,22 @@ fn errors_in_a_scene_name_line_key_and_allowed_values() {
         ("[camera]\nfov = 50", "camera is placed by 0 keys", "one of eye, orbit and path"),
         ("[camera]\neye = [0, 0, 1]\nfov = 180", "line 10: camera.fov is 180", "from 1 to 170"),
         ("[[scatter]]\nmodels = [\"oak\"]\ncount = 4000000\narea = [1, 1]", "plants is 4000001", "at most 1000000"),
+        ("[[patch]]\nkinds = []", "line 9: patch.0.kinds is 0", "from 1 to 4096"),
+        (
+            "[[patch]]\n[[patch.kinds]]\nmodel = \"elm\"\nspacing = 1\nheight = [1, 2]",
+            "line 10: patch.0.kinds.0.model is elm",
+            "[\"oak\"]",
+        ),
+        (
+            "[[patch]]\n[[patch.kinds]]\nmodel = \"oak\"\nspacing = [1, 0]\nheight = [1, 2]",
+            "line 11: patch.0.kinds.0.spacing is 0",
+            "from 0.001",
+        ),
+        (
+            "[[patch]]\n[[patch.kinds]]\nmodel = \"oak\"\nspacing = 1\nheight = [1, 2]\nmap = \"a.png\"",
+            "patch.0.kinds.0.map is given without an area",
+            "`area`",
+        ),
         ("[[scatter]]\nmodels = []\ncount = 1\narea = [1, 1]", "line 9: scatter.0.models is empty", "oak"),
     ];
     for (added, what, allowed) in cases {

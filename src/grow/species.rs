@@ -170,6 +170,10 @@ pub enum Blade {
     Pinnate,
     /// A spray of triangular, toothed, long-pointed leaves (birch).
     Toothed,
+    /// Narrow blades from one root (grass).
+    Grass,
+    /// A pinna: leaflets in two rows along a rib, smaller towards its end (fern).
+    Pinna,
 }
 
 /// Appearance of the bark.

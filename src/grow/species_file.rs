@@ -5,15 +5,19 @@ use crate::{Error, Result, file};
 use std::path::Path;
 
 /// Names and TOML sources of the embedded species.
-const SOURCES: [(&str, &str); 3] = [
+const SOURCES: [(&str, &str); 6] = [
     ("english-oak", include_str!("../../data/species/english-oak.toml")),
     ("carya-illinoinensis", include_str!("../../data/species/carya-illinoinensis.toml")),
     ("betula-populifolia", include_str!("../../data/species/betula-populifolia.toml")),
+    ("hazel", include_str!("../../data/species/hazel.toml")),
+    ("male-fern", include_str!("../../data/species/male-fern.toml")),
+    ("meadow-grass", include_str!("../../data/species/meadow-grass.toml")),
 ];
 
 impl Species {
     /// Names that [`Species::embedded`] accepts.
-    pub const EMBEDDED: [&'static str; 3] = [SOURCES[0].0, SOURCES[1].0, SOURCES[2].0];
+    pub const EMBEDDED: [&'static str; 6] =
+        [SOURCES[0].0, SOURCES[1].0, SOURCES[2].0, SOURCES[3].0, SOURCES[4].0, SOURCES[5].0];
 
     /// Returns one of the species embedded in the crate.
     ///

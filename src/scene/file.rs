@@ -8,7 +8,9 @@
 use super::{
     camera::CameraEntry,
     check::{offset_of, wrong_if},
+    footing::Footing,
     lod::Lod,
+    patch::PatchEntry,
     scatter::{Scatter, Spot},
 };
 use crate::{
@@ -18,14 +20,14 @@ use crate::{
     extract::Far,
     model::FoliageModel,
 };
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DVec3};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// Maximum number of plants in a scene.
 pub const MAX_PLANTS: u32 = 1_000_000;
 /// Hint appended to error messages.
-const SEE: &str = "see data/scenes/forest.toml for every key";
+const SEE: &str = "see data/scenes/forest.toml and meadow.toml for every key";
 
 /// A scene.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -39,6 +41,9 @@ pub struct SceneFile {
     /// Plants scattered over areas.
     #[serde(default)]
     pub scatter: Vec<Scatter>,
+    /// Plants over landscapes, made around the camera.
+    #[serde(default)]
+    pub patch: Vec<PatchEntry>,
     /// The camera; by default all plants are in view.
     pub camera: Option<CameraEntry>,
     /// Direction of the sun.
@@ -187,14 +192,14 @@ impl SceneFile {
         Ok(scene)
     }
 
-    /// Positions of all plants; `models` are the scene's models, in its order.
+    /// Positions of all plants but those of patches; `models` are the scene's models, in its order.
     ///
     /// # Errors
     /// [`Error::InvalidOption`] if a scattering does not fit into its area.
     pub fn planted(&self, models: &[FoliageModel]) -> Result<Vec<Planted>> {
         let standing: Vec<Footing> =
-            self.models.iter().zip(models).map(|(source, model)| Footing::new(source, model)).collect();
-        let number = |name: &str| self.models.iter().position(|model| model.name == name).unwrap_or(0);
+            self.models.iter().zip(models).map(|(source, model)| Footing::new(model, source.height)).collect();
+        let number = |name: &str| self.model_number(name);
         let mut planted = Vec::new();
         for plant in &self.plants {
             let model = number(&plant.model);
@@ -208,6 +213,11 @@ impl SceneFile {
             }
         }
         Ok(planted)
+    }
+
+    /// Index of the model of that name; 0 if there is none.
+    pub fn model_number(&self, name: &str) -> usize {
+        self.models.iter().position(|model| model.name == name).unwrap_or(0)
     }
 
     /// The camera at a time, with a near plane at `near`; `None` if the scene has none.
@@ -249,8 +259,16 @@ impl SceneFile {
             scatter.scale.iter().try_for_each(|&scale| check_range(key("scale"), scale, 1e-6..=1e6))?;
             plants += u64::from(scatter.count);
         }
+        for (i, patch) in self.patch.iter().enumerate() {
+            patch.check(|name| format!("patch.{i}.{name}"))?;
+            let kinds = patch.kinds.iter().enumerate();
+            kinds.into_iter().try_for_each(|(k, kind)| known(&format!("patch.{i}.kinds.{k}.model"), &kind.model))?;
+        }
+        let least = u64::from(self.patch.is_empty());
         let limit = format!("at least 1 and at most {MAX_PLANTS}");
-        wrong_if(!(1..=u64::from(MAX_PLANTS)).contains(&plants), "plants", &plants.to_string(), &limit)?;
+        wrong_if(!(least..=u64::from(MAX_PLANTS)).contains(&plants), "plants", &plants.to_string(), &limit)?;
+        let needs_camera = self.camera.is_none() && plants == 0;
+        wrong_if(needs_camera, "camera", "missing", "given where all plants are a patch's, which has no end")?;
         self.camera.as_ref().map_or(Ok(()), CameraEntry::check)?;
         check_range("sun.azimuth", self.sun.azimuth, -360.0..=360.0)?;
         check_range("sun.elevation", self.sun.elevation, -5.0..=90.0)?;
@@ -261,28 +279,5 @@ impl SceneFile {
         check_range("ground.haze", ground.haze.unwrap_or(1.0), 1e-6..=1e12)?;
         self.far.map_or(Ok(()), |far| far.check())?;
         self.effects.check()
-    }
-}
-
-/// Placement of a model on the ground.
-struct Footing {
-    /// Centre of the bottom face of its bounding box, in plant space.
-    foot: DVec3,
-    scale: f64,
-}
-
-impl Footing {
-    fn new(source: &ModelSource, model: &FoliageModel) -> Self {
-        let bounds = model.aabb();
-        let height = f64::from(bounds.size().y);
-        let foot = DVec3::new(bounds.center().x, f64::from(bounds.min[1]), bounds.center().z);
-        let scale = source.height.filter(|_| height > 0.0).map_or(1.0, |wanted| wanted / height);
-        Self { foot, scale }
-    }
-
-    fn world_from_plant(&self, spot: &Spot) -> DAffine3 {
-        let turn = DQuat::from_rotation_y(spot.turn);
-        DAffine3::from_scale_rotation_translation(DVec3::splat(self.scale * spot.scale), turn, spot.at)
-            * DAffine3::from_translation(-self.foot)
     }
 }

@@ -107,9 +107,25 @@ impl Grove {
     /// [`Error::InvalidOption`] naming the first placement whose kind does not exist or whose
     /// transform is not finite.
     pub fn new(kinds: Vec<Kind>, placements: &[Placement]) -> Result<Self> {
+        let planted = Self::planted(&kinds, placements)?;
+        Ok(Self { kinds, ..planted })
+    }
+
+    /// Replaces all plants; kinds stay. O(n log n).
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new); the grove is then as it was.
+    pub fn replace(&mut self, placements: &[Placement]) -> Result<()> {
+        let planted = Self::planted(&self.kinds, placements)?;
+        *self = Self { kinds: std::mem::take(&mut self.kinds), ..planted };
+        Ok(())
+    }
+
+    /// A grove of `placements` without its kinds.
+    fn planted(kinds: &[Kind], placements: &[Placement]) -> Result<Self> {
         let (mut plants, mut reaches) = (Vec::with_capacity(placements.len()), Vec::with_capacity(placements.len()));
         for (instance, placement) in placements.iter().enumerate() {
-            let (plant, reach) = plant(&kinds, placement).ok_or_else(|| invalid(instance, placement, kinds.len()))?;
+            let (plant, reach) = plant(kinds, placement).ok_or_else(|| invalid(instance, placement, kinds.len()))?;
             plants.push(plant);
             reaches.push(reach);
         }
@@ -120,7 +136,7 @@ impl Grove {
         let boxes: Vec<Aabb> = reaches.iter().map(box_around).collect();
         let bvh = build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut Duration::default());
         let in_view = vec![0; plants.len().div_ceil(64)];
-        Ok(Self { kinds, plants, reaches, anchor, bvh, stack: Vec::new(), in_view })
+        Ok(Self { kinds: Vec::new(), plants, reaches, anchor, bvh, stack: Vec::new(), in_view })
     }
 
     /// Number of plants.

@@ -9,6 +9,7 @@
 mod camera;
 mod check;
 mod file;
+mod footing;
 mod frustum;
 mod grove;
 mod lod;
@@ -17,6 +18,7 @@ mod scatter;
 
 pub use camera::{CameraEntry, Orbit, Station};
 pub use file::{GroundEntry, MAX_PLANTS, ModelSource, PlantEntry, Planted, SceneFile, Sun};
+pub use footing::Footing;
 pub use grove::{Active, Grove, Kind, Placement};
 pub use lod::{Lod, Policy};
 pub use scatter::{Scatter, Spot};

@@ -409,6 +409,55 @@ fn a_scene_is_inspected_and_drawn_with_the_effects_that_it_enables() {
 }
 
 #[test]
+fn plants_of_a_patch_stand_around_the_camera_where_the_map_is_white() {
+    let folder = TempDir::new().unwrap();
+    let patch = r#"
+[[models]]
+name = "grass"
+species = "meadow-grass"
+
+[[patch]]
+area = [40, 40]
+cells = 8
+
+[[patch.kinds]]
+model = "grass"
+spacing = 1
+height = [0.4, 0.8]
+map = "half.png"
+reach = 100
+
+[camera]
+eye = [0, 3, 24]
+target = [0, 0, 0]
+
+[ground]
+"#;
+    fs::write(folder.path().join("meadow.toml"), patch).unwrap();
+    let arguments = ["render", "meadow.toml", "-o", "a.png", "--size", "160x90", "--raster", "cpu", "--json"];
+    assert!(error_line(&run(&folder, &arguments), 1).contains("half.png"), "maps are missed before anything is grown");
+    let texels = [0_u8, 255].map(|texel| [texel; 32]).concat();
+    let map = image::GrayImage::from_raw(64, 1, texels).unwrap();
+    map.save(folder.path().join("half.png")).unwrap();
+    let drawn = json(&run(&folder, &arguments));
+    // The right half, less where the map passes from black to white.
+    let instances = drawn["instances"].as_u64().unwrap();
+    assert!((600..=820).contains(&instances), "{drawn}");
+    let picture = image::open(folder.path().join("a.png")).unwrap().to_rgb8();
+    let ground = |x: u32| picture.get_pixel(x, 80)[0];
+    let row = |columns: std::ops::Range<u32>| columns.map(ground).collect::<std::collections::HashSet<_>>().len();
+    assert!(
+        row(100..150) > 5 && row(10..60) < 4,
+        "{} colours on the right, {} on the left",
+        row(100..150),
+        row(10..60)
+    );
+    // Away from the area nothing is left.
+    fs::write(folder.path().join("meadow.toml"), patch.replace("eye = [0, 3, 24]", "eye = [0, 3, 900]")).unwrap();
+    assert_eq!(json(&run(&folder, &arguments))["instances"], 0);
+}
+
+#[test]
 fn options_that_a_scene_sets_are_refused_and_so_are_missing_models_and_crowded_scatters() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("grove.toml"), SCENE).unwrap();

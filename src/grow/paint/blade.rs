@@ -16,6 +16,8 @@ const BIRCH_TEETH: f32 = 11.0;
 const BIRCH_VEINS: f32 = 7.0;
 /// Number of veins on each side of a pecan leaflet.
 const PECAN_VEINS: f32 = 12.0;
+/// Number of teeth on each side of a fern's leaflet.
+const FERN_TEETH: f32 = 5.0;
 /// Brightness of veins relative to the blade.
 const VEIN_LIGHT: f32 = 1.32;
 
@@ -73,6 +75,21 @@ pub(super) fn birch(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
     }
     let vein = vein(across, 0.02 * above, wave_vein(BIRCH_VEINS * (p.y - 0.55 * across), 0.08));
     Some(finished(color, vein, p.x, across / outline.max(1e-3)))
+}
+
+/// Colour of a fern's leaflet at `p`, `None` outside it (blunt, with shallow round teeth).
+pub(super) fn fern(p: Vec2, color: [f32; 3]) -> Option<[f32; 3]> {
+    let (across, y) = (p.x.abs(), p.y);
+    if !(0.0..1.0).contains(&y) || across > 0.3 {
+        return None;
+    }
+    let outline = 0.27 * (1.0 - y * y * y).max(0.0).sqrt();
+    let wave = 0.5 + 0.5 * sin_cos(TAU * FERN_TEETH * y).1;
+    let half_width = outline * (0.82 + 0.18 * wave);
+    if across > half_width {
+        return None;
+    }
+    Some(finished(color, vein(across, 0.05 * (1.0 - y), 0.0), p.x, across / half_width.max(1e-3)))
 }
 
 /// 1 on the midrib, up to 0.7 on a side vein, 0 between.

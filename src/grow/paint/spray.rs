@@ -19,6 +19,12 @@ const PECAN_LEAVES: [(f32, f32, f32); 3] = [(-0.50, 0.70, 0.86), (0.46, 0.72, 0.
 const PECAN_PAIRS: u32 = 6;
 /// Number of straight segments of the bowed stalk of a compound leaf.
 const STALK_PIECES: u32 = 6;
+/// Number of blades of a tuft of grass.
+const GRASS_BLADES: u32 = 9;
+/// Number of straight pieces of a blade of grass.
+const GRASS_PIECES: u32 = 8;
+/// Number of leaflet pairs of a fern's pinna.
+const FERN_PAIRS: u32 = 15;
 /// sRGB colour of young shoots and stalks.
 const STALK: [f32; 3] = [0.40, 0.38, 0.20];
 /// sRGB colour of the drooping twigs of the gray birch.
@@ -44,6 +50,8 @@ pub(super) fn paint(canvas: &mut Canvas, style: &LeafStyle, seed: u64) {
         Blade::Lobed => paint_oak(canvas, color, random),
         Blade::Pinnate => paint_pecan(canvas, color, random),
         Blade::Toothed => paint_birch(canvas, color, random),
+        Blade::Grass => paint_grass(canvas, color, random),
+        Blade::Pinna => paint_pinna(canvas, color, random),
     }
 }
 
@@ -94,6 +102,47 @@ fn paint_pecan(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
     for (lean, length, light) in PECAN_LEAVES {
         paint_compound_leaf(canvas, shaded(color, light), lean, length, random);
     }
+}
+
+/// Paints blades that rise from the foot and bow to their own side, the outer ones first and
+/// shorter.
+fn paint_grass(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
+    let half_width = canvas.half_width();
+    for i in 0..GRASS_BLADES {
+        // From the sides inwards.
+        let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let out = 1.0 - i as f32 / GRASS_BLADES as f32;
+        let foot = Vec2::new(side * 0.22 * out * half_width, 0.0);
+        let tip = Vec2::new(side * random.vary(0.75 * out, 0.15) * half_width, random.vary(0.96 - 0.4 * out, 0.03));
+        let wide = random.vary(0.032, 0.006);
+        let light = random.vary(1.0 - 0.22 * out, 0.08);
+        // Upright at the foot, leaning more and more.
+        let at = |share: f32| Vec2::new(foot.x + (tip.x - foot.x) * share * share, tip.y * share);
+        for piece in 0..GRASS_PIECES {
+            let [from, to] = [piece, piece + 1].map(|i| i as f32 / GRASS_PIECES as f32);
+            let widths = [from, to].map(|share| wide * (1.0 - share * share) + 0.004);
+            let pale = mixed(shaded(color, light * (0.72 + 0.4 * from)), [0.62, 0.62, 0.36], 0.25 * from);
+            stroke(canvas, at(from), at(to), widths, pale);
+        }
+    }
+}
+
+/// Paints a rib with leaflets in pairs, the tip last.
+fn paint_pinna(canvas: &mut Canvas, color: [f32; 3], random: &mut Random) {
+    stroke(canvas, Vec2::ZERO, Vec2::new(0.0, 0.96), [0.018, 0.005], STALK);
+    let reach = 0.96 * canvas.half_width();
+    for pair in 0..FERN_PAIRS {
+        let share = pair as f32 / FERN_PAIRS as f32;
+        let length = reach * (1.0 - share).sqrt() * random.vary(1.02 - 0.1 * share, 0.03);
+        for side in [-1.0, 1.0] {
+            let foot = Vec2::new(0.0, 0.03 + 0.92 * share);
+            let angle = side * random.vary(1.28 - 0.35 * share, 0.05);
+            let leaflet = Placed { foot, angle, length, bend: -0.12 * side, shade: shade(share, random) };
+            leaflet.paint(canvas, color, blade::fern);
+        }
+    }
+    let last = Placed { foot: Vec2::new(0.0, 0.9), angle: 0.0, length: 0.1, bend: 0.0, shade: 1.05 };
+    last.paint(canvas, color, blade::fern);
 }
 
 /// Paints leaflets in pairs along a stalk that bows outwards.

@@ -32,7 +32,7 @@ fn made() -> Box<[u16; CELLS]> {
     for rank in 0..CELLS {
         let candidate = |number: i32| {
             let random = u64::from(draw(SEED, [rank as i32, number], Stream::Kind));
-            (random * free.len() as u64 >> 32) as usize
+            ((random * free.len() as u64) >> 32) as usize
         };
         let candidates = (0..rank.max(1) as i32).map(candidate);
         // The first of the farthest.

@@ -136,6 +136,6 @@ impl Layer {
 impl Slot {
     /// Share of the whole on which the kind grows, where its map has a share of it.
     fn share(&self, map: u64) -> u64 {
-        (u128::from(self.density) * u128::from(map) >> 32) as u64
+        ((u128::from(self.density) * u128::from(map)) >> 32) as u64
     }
 }

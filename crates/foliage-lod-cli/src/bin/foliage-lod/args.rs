@@ -236,7 +236,8 @@ pub struct Import {
 /// `foliage-lod grow`.
 #[derive(Parser)]
 pub struct Grow {
-    /// english-oak, carya-illinoinensis, betula-populifolia, or a species .toml file.
+    /// english-oak, carya-illinoinensis, betula-populifolia, hazel, male-fern, meadow-grass, or a
+    /// species .toml file.
     pub species: String,
     /// File to write.
     #[arg(short, long, value_name = "OUT.glb")]

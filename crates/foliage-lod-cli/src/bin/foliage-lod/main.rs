@@ -15,6 +15,7 @@ mod names;
 #[cfg(feature = "viewer")]
 mod orbit;
 mod output;
+mod patches;
 mod pictures;
 mod planting;
 mod progress;

@@ -35,7 +35,7 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
         let mut opened = Opened::open(&args.model, Some(&args.output), &mut steps)?;
         opened.file.tone &= args.tone == args::Switch::On;
         let all = opened.plants();
-        let staging = opened.staging(args.seconds, args.size, args.method == Method::Full);
+        let staging = opened.staging(args.seconds, args.size, args.method == Method::Full)?;
         return finish(args, &staging, all, &mut steps);
     }
     let model = models::read(&args.model)?;

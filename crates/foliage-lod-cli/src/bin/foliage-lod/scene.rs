@@ -1,8 +1,11 @@
 //! Opens scenes: loads or grows their models and stages their frames.
 
 use crate::{
-    baking, models,
+    baking,
+    failure::complain,
+    models,
     output::Steps,
+    patches::{Patches, Thinning},
     pictures::DIRECTION,
     progress::{Bars, spinning},
     staging::{Shown, Staging},
@@ -14,10 +17,11 @@ use foliage_lod::{
     effects::Effects,
     file,
     grow::{GrowOptions, Species, grow},
-    scene::{Active, Kind, ModelSource, Placement, Planted, SceneFile},
+    scene::{Active, Footing, Kind, ModelSource, Placement, Planted, SceneFile},
     simplify::{CpuFragments, SimplifyOptions, simplify},
     software::BakeOptions,
 };
+use glam::DVec3;
 use indicatif::HumanCount;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +29,7 @@ use std::path::{Path, PathBuf};
 const NEAR_RADII: f64 = 1e-2;
 
 /// Default distance of the haze: the first factor times the smallest plant's radius plus the second
-/// times the radius of the whole scene.
+/// times the radius of the whole scene, or the reach of its patches if that is farther.
 const HAZE_RADII: [f64; 2] = [40.0, 2.0];
 
 /// A scene with its models.
@@ -34,8 +38,16 @@ pub struct Opened {
     pub file: SceneFile,
     /// Its models, in the order of the file.
     pub models: Vec<FoliageModel>,
+    /// Plants of the file, followed by those of patches around the camera.
     planted: Vec<Planted>,
+    /// Number of plants of the file.
+    fixed: usize,
+    patches: Patches,
+    /// For each plant of a patch, until where it is shown.
+    thinning: Vec<Thinning>,
     grove: Grove,
+    /// Eye of the last selection.
+    eye: DVec3,
     /// Bounding sphere of the scene.
     around: Sphere,
     /// Distance of the near plane.
@@ -54,8 +66,11 @@ fn species_files(file: &SceneFile, folder: &Path) -> impl Iterator<Item = PathBu
     species.map(move |name| folder.join(name)).filter(|species| is_toml(species))
 }
 
-fn model_files(file: &SceneFile, folder: &Path) -> impl Iterator<Item = PathBuf> {
-    file.models.iter().filter_map(|source| source.file.as_ref()).map(move |model| folder.join(model))
+/// Paths of models and of patches' maps.
+fn data_files(file: &SceneFile, folder: &Path) -> impl Iterator<Item = PathBuf> {
+    let models = file.models.iter().filter_map(|source| source.file.as_ref());
+    let maps = file.patch.iter().flat_map(|patch| &patch.kinds).filter_map(|kind| kind.map.as_ref());
+    models.chain(maps).map(move |path| folder.join(path))
 }
 
 impl Opened {
@@ -74,10 +89,10 @@ impl Opened {
         scene.scatter.iter().try_for_each(|scatter| scatter.spots().map(drop))?;
         let folder = path.parent().unwrap_or(Path::new("."));
         if let Some(output) = output {
-            file::check_apart(output, model_files(&scene, folder).chain(species_files(&scene, folder)))?;
+            file::check_apart(output, data_files(&scene, folder).chain(species_files(&scene, folder)))?;
         }
-        for model in model_files(&scene, folder) {
-            std::fs::metadata(&model).map_err(|error| Error::io(&model, error))?;
+        for path in data_files(&scene, folder) {
+            std::fs::metadata(&path).map_err(|error| Error::io(&path, error))?;
         }
         let mut models = Vec::new();
         for source in &scene.models {
@@ -90,13 +105,17 @@ impl Opened {
             steps.done("model", format!("{}: {leaves} leaves, {wood} wood triangles", source.name))?;
             models.push(model);
         }
-        let opened = Self::new(scene, models)?;
+        let mut opened = Self::new(scene, models, folder)?;
+        let eye = opened.camera(0.0, 1.0).eye;
+        opened.follow(eye, true)?;
         steps.done("scene", format!("{}: {} plants", path.display(), HumanCount(opened.planted.len() as u64)))?;
         Ok(opened)
     }
 
-    fn new(file: SceneFile, models: Vec<FoliageModel>) -> Result<Self> {
+    fn new(file: SceneFile, models: Vec<FoliageModel>, folder: &Path) -> Result<Self> {
         let planted = file.planted(&models)?;
+        let footings = models.iter().zip(&file.models).map(|(model, source)| Footing::new(model, source.height));
+        let patches = Patches::open(&file, folder, footings.collect())?;
         let kinds: Vec<Kind> = models
             .iter()
             .map(|model| {
@@ -110,21 +129,57 @@ impl Opened {
             .collect();
         let spheres: Vec<Sphere> =
             planted.iter().map(|plant| kinds[plant.model].sphere.transformed(&plant.world_from_plant)).collect();
-        let placement =
-            |plant: &Planted| Placement { kind: plant.model as u32, world_from_plant: plant.world_from_plant };
-        let placements: Vec<Placement> = planted.iter().map(placement).collect();
-        let mut grove = Grove::new(kinds, &placements)?;
-        if let Some(dead_band) = file.lod.dead_band {
-            grove.set_dead_band(dead_band);
-        }
+        let heights = file.patch.iter().flat_map(|patch| &patch.kinds).map(|kind| f64::from(kind.height[0]));
+        let smallest = spheres.iter().map(|sphere| sphere.radius).chain(heights).fold(f64::INFINITY, f64::min);
+        let grove = Grove::new(kinds, &[])?;
         let corners = spheres.iter().flat_map(|sphere| {
             let (center, radius) = (sphere.center().as_vec3(), sphere.radius as f32);
             [center - radius, center + radius].map(|corner| corner.to_array())
         });
         let around = Sphere::of_points(corners.collect::<Vec<_>>());
-        let smallest = spheres.iter().map(|sphere| sphere.radius).fold(f64::INFINITY, f64::min);
-        let near = NEAR_RADII * if smallest > 0.0 { smallest } else { 1.0 };
-        Ok(Self { file, models, planted, grove, around, near, active: Vec::new() })
+        let near = NEAR_RADII * if smallest > 0.0 && smallest.is_finite() { smallest } else { 1.0 };
+        let (fixed, thinning, active, eye) = (planted.len(), Vec::new(), Vec::new(), DVec3::ZERO);
+        let mut opened = Self { file, models, planted, fixed, patches, thinning, grove, eye, around, near, active };
+        opened.fill_grove()?;
+        Ok(opened)
+    }
+
+    /// Puts all plants into the grove.
+    fn fill_grove(&mut self) -> Result<()> {
+        let placement =
+            |plant: &Planted| Placement { kind: plant.model as u32, world_from_plant: plant.world_from_plant };
+        let placements: Vec<Placement> = self.planted.iter().map(placement).collect();
+        self.grove.replace(&placements)?;
+        if let Some(dead_band) = self.file.lod.dead_band {
+            self.grove.set_dead_band(dead_band);
+        }
+        Ok(())
+    }
+
+    /// Makes plants of patches around an eye: all within their reach if `all`, else some.
+    ///
+    /// # Errors
+    /// None in practice: places are finite.
+    pub fn follow(&mut self, eye: DVec3, all: bool) -> Result<()> {
+        self.eye = eye;
+        if self.patches.is_empty() {
+            return Ok(());
+        }
+        let counts = self.patches.follow(eye, all);
+        if counts.made + counts.dropped > 0 {
+            self.planted.truncate(self.fixed);
+            self.thinning.clear();
+            let left_out = self.patches.plant(&mut self.planted, &mut self.thinning);
+            if left_out > 0 || counts.over > 0 {
+                complain(format_args!(
+                    "warning: {left_out} plants and {} tiles of patches are left out; make their `reach` shorter or their \
+                     `spacing` larger",
+                    counts.over
+                ));
+            }
+            self.fill_grove()?;
+        }
+        Ok(())
     }
 
     /// Number of plants in the scene.
@@ -144,7 +199,11 @@ impl Opened {
         let ground = self.file.ground.map(|ground| Ground {
             color: ground.color,
             height: ground.height,
-            haze: ground.haze.unwrap_or(HAZE_RADII[0] * self.near / NEAR_RADII + HAZE_RADII[1] * self.around.radius),
+            haze: ground.haze.unwrap_or_else(|| {
+                let kinds = self.file.patch.iter().flat_map(|patch| &patch.kinds);
+                let reach = kinds.map(|kind| kind.reach()).fold(self.around.radius, f64::max);
+                HAZE_RADII[0] * self.near / NEAR_RADII + HAZE_RADII[1] * reach
+            }),
         });
         Look {
             effects: self.file.effects,
@@ -167,6 +226,7 @@ impl Opened {
     /// Selects the plants in view, with all leaves if `full`, otherwise at their level of detail.
     pub fn shown(&mut self, camera: &Camera, full: bool) -> Vec<Shown> {
         self.grove.select(camera, &mut self.active);
+        self.eye = camera.eye;
         self.selected(full)
     }
 
@@ -187,17 +247,25 @@ impl Opened {
             let (active, far) = if full { (leaves, None) } else { (active.count, Some(active.far)) };
             Shown { model, world_from_plant, active, leaf_scale: 1.0, far, seed }
         };
-        self.active.iter().map(shown).collect()
+        let shows = |active: &&Active| {
+            let of_patch = (active.instance as usize).checked_sub(self.fixed);
+            of_patch.is_none_or(|plant| self.thinning[plant].shows(self.eye))
+        };
+        self.active.iter().filter(shows).map(shown).collect()
     }
 
-    /// Stages one frame.
-    pub fn staging(&mut self, seconds: f64, size: [u32; 2], full: bool) -> Staging<'_> {
+    /// Stages one frame, with all plants of patches within their reach.
+    ///
+    /// # Errors
+    /// Those of [`follow`](Self::follow).
+    pub fn staging(&mut self, seconds: f64, size: [u32; 2], full: bool) -> Result<Staging<'_>> {
         let camera = self.camera(seconds, f64::from(size[0]) / f64::from(size[1]));
         let camera = camera.camera(size[1]);
+        self.follow(camera.eye, true)?;
         let plants = self.shown(&camera, full);
         let effects = self.file.effects;
         let casters = self.casters(&camera, full, &effects);
-        Staging { look: self.look(), models: &self.models, plants, casters, camera, seconds }
+        Ok(Staging { look: self.look(), models: &self.models, plants, casters, camera, seconds })
     }
 }
 

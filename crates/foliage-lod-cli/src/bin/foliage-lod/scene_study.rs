@@ -33,7 +33,8 @@ pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<
         return Err(Error::Gpu { reason, fix }.into());
     };
     let mut opened = Opened::open(path, None, steps)?;
-    let shots: Vec<Shot> = (0..SHOTS).map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN)).collect();
+    let shots: Vec<Shot> =
+        (0..SHOTS).map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN)).collect::<Result<_, Error>>()?;
     let cases = cases(&opened.look());
     let advance = |_| interrupt::check();
     let measure = || measure(gpu, &opened.models, &shots, &cases, SIZE, ROUNDS, advance);
@@ -50,13 +51,14 @@ pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<
     Ok(SceneReport { name, plants: opened.plants(), costs })
 }
 
-fn shot(opened: &mut Opened, seconds: f64) -> Shot {
+fn shot(opened: &mut Opened, seconds: f64) -> Result<Shot, Error> {
     let frame = |seconds| {
         let camera = opened.camera(seconds, f64::from(SIZE[0]) / f64::from(SIZE[1]));
         Frame::new(&camera.camera(SIZE[1])).at(seconds)
     };
     let (before, frame) = (frame(seconds), frame(seconds + FRAME_SECONDS));
     let camera = frame.camera;
+    opened.follow(camera.eye, true)?;
     let effects = opened.file.effects;
     let mut both = |casters: bool| {
         [true, false].map(|full| {
@@ -69,7 +71,7 @@ fn shot(opened: &mut Opened, seconds: f64) -> Shot {
             plants.iter().map(seen).collect::<Vec<_>>()
         })
     };
-    Shot { frame: frame.after(&before), seen: both(false), casters: both(true) }
+    Ok(Shot { frame: frame.after(&before), seen: both(false), casters: both(true) })
 }
 
 /// The measurements as JSON, one object per case.

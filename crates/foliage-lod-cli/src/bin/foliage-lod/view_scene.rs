@@ -215,6 +215,7 @@ impl Stage for Viewer {
             seed: shown.seed,
             ..Instance::new(self.ids[shown.model], shown.world_from_plant, shown.active)
         };
+        self.opened.follow(camera.eye, false)?;
         let seen: Vec<Instance> = self.opened.shown(&camera, self.draws_all).iter().map(instance).collect();
         let casters = self.opened.casters(&camera, self.draws_all, &effects);
         let casters: Vec<Instance> = casters.iter().map(instance).collect();

@@ -1,0 +1,97 @@
+//! Plants of a scene's patches, around the camera.
+
+use foliage_lod::{
+    Result,
+    scene::{
+        Footing, MAX_PLANTS, Planted, SceneFile,
+        patch::{HeightMap, Map, Tile, TileCounts, TileOptions, Tiles},
+    },
+};
+use glam::DVec3;
+use std::path::Path;
+
+/// Last part of a kind's reach over which its plants become fewer.
+const THINNED: f32 = 0.4;
+
+/// The patches of a scene.
+pub struct Patches {
+    patches: Vec<Tiles>,
+    /// For each patch and kind, its model.
+    models: Vec<Vec<usize>>,
+    footings: Vec<Footing>,
+}
+
+/// What thins a plant out: its place in the order in which plants become fewer with distance.
+#[derive(Clone, Copy)]
+pub struct Thinning {
+    foot: DVec3,
+    /// Distance beyond which it is not shown.
+    reach: f64,
+}
+
+impl Thinning {
+    /// Whether the plant is shown to an eye.
+    pub fn shows(&self, eye: DVec3) -> bool {
+        self.foot.distance_squared(eye) < self.reach * self.reach
+    }
+}
+
+impl Patches {
+    /// Reads the maps of a scene's patches, relative to `folder`. `footings` are those of its
+    /// models.
+    ///
+    /// # Errors
+    /// Those of maps that cannot be read.
+    pub fn open(scene: &SceneFile, folder: &Path, footings: Vec<Footing>) -> Result<Self> {
+        let height = scene.ground.map_or(0.0, |ground| ground.height);
+        let tiles = |entry: &foliage_lod::scene::patch::PatchEntry| {
+            let level = HeightMap::new(Map::new([1, 1], vec![0])?, [0.0; 2], [1.0; 2], [height; 2])?;
+            Ok(Tiles::new(entry.patch(entry.read_maps(folder)?, Some(level))?, TileOptions::default()))
+        };
+        let patches = scene.patch.iter().map(tiles).collect::<Result<_>>()?;
+        let model = |entry: &foliage_lod::scene::patch::PatchEntry| {
+            entry.kinds.iter().map(|kind| scene.model_number(&kind.model)).collect()
+        };
+        Ok(Self { patches, models: scene.patch.iter().map(model).collect(), footings })
+    }
+
+    /// Whether the scene has none.
+    pub fn is_empty(&self) -> bool {
+        self.patches.is_empty()
+    }
+
+    /// Makes tiles around the eye: all of them if `all`, else some. Returns what was done.
+    pub fn follow(&mut self, eye: DVec3, all: bool) -> TileCounts {
+        let mut sum = TileCounts::default();
+        for tiles in &mut self.patches {
+            let counts = if all { tiles.complete(eye) } else { tiles.update(eye) };
+            sum.made += counts.made;
+            sum.dropped += counts.dropped;
+            sum.pending += counts.pending;
+            sum.over += counts.over;
+            sum.kept += counts.kept;
+        }
+        sum
+    }
+
+    /// Appends the plants of all tiles, at most [`MAX_PLANTS`] in all; what would be more is left
+    /// out. Returns how many were.
+    pub fn plant(&self, planted: &mut Vec<Planted>, thinning: &mut Vec<Thinning>) -> usize {
+        let mut left_out = 0;
+        for (tiles, models) in self.patches.iter().zip(&self.models) {
+            let kinds = tiles.patch().kinds();
+            for Tile { plants, .. } in tiles.tiles() {
+                let room = (MAX_PLANTS as usize).saturating_sub(planted.len());
+                left_out += plants.len().saturating_sub(room);
+                for plant in &plants[..room.min(plants.len())] {
+                    let kind = usize::from(plant.kind);
+                    let world_from_plant = self.footings[models[kind]].world_from_patch(plant);
+                    planted.push(Planted { model: models[kind], world_from_plant });
+                    let part = 1.0 - THINNED * f32::from(plant.rank) / 65_536.0;
+                    thinning.push(Thinning { foot: plant.at, reach: kinds[kind].reach() * f64::from(part) });
+                }
+            }
+        }
+        left_out
+    }
+}
