@@ -263,7 +263,7 @@ const PLANTS: [Bounds; 8] = [
         change: 0.6,
         shadow: 0.06,
     },
-    // Six ferns apart: level frames show some behind others, so views from a little above lack
+    // Four ferns apart: level frames show some behind others, so views from a little above lack
     // them.
     Bounds {
         name: "ferns",
