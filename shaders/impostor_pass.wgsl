@@ -65,7 +65,7 @@ fn impostor_corner(@builtin(vertex_index) corner: u32, @builtin(instance_index) 
     let enlarged = max(LEAST_PX / own_px, 1.0);
     let diameter_px = max(own_px, LEAST_PX);
     sprite.kept = 1.0 / (enlarged * enlarged);
-    sprite.level = max(log2(impostor.texels / diameter_px), 0.0);
+    sprite.level = max(log2(impostor.texels / diameter_px) - SHARPER_LEVELS, 0.0);
     let lattice = around(sprite.eye);
     sprite.layers = lattice.layers;
     sprite.weights = lattice.weights;

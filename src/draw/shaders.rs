@@ -13,7 +13,7 @@ use super::{
         LEAF_BITS, LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS, TRIMMED_CORNERS, WIDTH_STEPS,
     },
     shader::{ShaderSource, wrap_number},
-    sprite::{DEPTH_STEPS, LEAST_APPROACH, LEAST_PX, MOST_PULL},
+    sprite::{DEPTH_STEPS, LEAST_APPROACH, LEAST_PX, MOST_PULL, SHARPER_LEVELS},
     sun::DEPTH_RADII,
 };
 use crate::{
@@ -183,6 +183,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_f32("LEAST_APPROACH", LEAST_APPROACH)
         .constant_f32("LEAST_PX", LEAST_PX)
         .constant_f32("MOST_PULL", MOST_PULL)
+        .constant_f32("SHARPER_LEVELS", SHARPER_LEVELS)
         .with_part(include_str!("../../shaders/light.wgsl"))
         .with_part(include_str!("../../shaders/surface.wgsl"))
         .with_part(include_str!("../../shaders/packing.wgsl"))

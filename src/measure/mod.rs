@@ -10,7 +10,7 @@ mod metrics;
 mod reference;
 mod target;
 
-pub use held_out::{FOV_Y, cameras};
+pub use held_out::{FOV_Y, cameras, far_camera, far_cameras};
 pub use matched::matched_px;
 pub use metrics::{Comparison, Quality, largest_change};
 pub use reference::{Reference, measured, pictures};

@@ -29,12 +29,19 @@ use rayon::prelude::*;
 const PIXELS_PER_TEXEL: u32 = 2;
 /// Frames that are drawn before progress is told: one may take 30 MB.
 const BATCH: u32 = 8;
+/// Part of a texel's difference from the mean around it that is added to it: makes up for the
+/// softness of pictures that are looked up between texels.
+const SHARPENING: f32 = 0.5;
 /// Diameters in pixels at which coverage is compared, and views at each.
 const CORRECTED_AT: [u32; 2] = [64, 32];
 const CORRECTION_VIEWS: u32 = 8;
 /// Views at which brightness is compared, under each of these suns.
 const SUN_VIEWS: u32 = 5;
 const SUNS: [Vec3; 3] = [TOWARDS_SUN, Vec3::new(-1.0, 0.4, 0.2), Vec3::new(0.3, 0.5, -1.0)];
+/// Vertical field of view of these views in radians: plants that are small on screen are far away.
+const VIEW_FOV_Y: f64 = 0.05;
+/// Side of what they show over the plant's diameter: a sprite's soft edge reaches beyond it.
+const VIEW_MARGIN: f64 = 1.1;
 /// Exponents of coverage that may correct it.
 const EXPONENTS: [f32; 2] = [0.25, 2.0];
 /// Halvings of that range.
@@ -139,25 +146,42 @@ fn camera(center: DVec3, half_side: f64, towards_viewer: Vec3, side_px: u32) -> 
 /// Bytes of both pages of the frame whose pixels are these, several to a texel.
 fn texels(pixels: &[Surfaces], frame_px: u32, towards: Vec3) -> Vec<([u8; 4], [u8; 4])> {
     let [right, up] = Lattice::axes(towards);
-    let row_px = (frame_px * PIXELS_PER_TEXEL) as usize;
-    let texel = |at: u32| {
-        let [x, y] = [at % frame_px, at / frame_px].map(|at| (at * PIXELS_PER_TEXEL) as usize);
-        let mut sum = Surfaces::default();
-        let side = PIXELS_PER_TEXEL as usize;
-        (0..side * side).for_each(|i| sum.add(&pixels[(y + i / side) * row_px + x + i % side]));
+    let sums: Vec<Surfaces> = (0..frame_px * frame_px).map(|at| sum_of(pixels, frame_px, at)).collect();
+    let all = super::samples::SAMPLES as f32 * (PIXELS_PER_TEXEL * PIXELS_PER_TEXEL) as f32;
+    let texel = |(at, sum): (u32, &Surfaces)| {
         if sum.samples == 0.0 {
             return ([0; 4], [0; 4]);
         }
-        let all = super::samples::SAMPLES as f32 * (side * side) as f32;
-        let [r, g, b] = (sum.albedo / sum.samples).to_array().map(srgb_from_linear);
+        let [x, y] = [at % frame_px, at / frame_px];
+        let (mut around, mut count) = (Surfaces::default(), 0);
+        for row in y.saturating_sub(1)..(y + 2).min(frame_px) {
+            for column in x.saturating_sub(1)..(x + 2).min(frame_px) {
+                around.add(&sums[(row * frame_px + column) as usize]);
+                count += 1;
+            }
+        }
+        let sharper = |own: f32, mean: f32| own + SHARPENING * (own - mean);
+        let (own, mean) = (sum.albedo / sum.samples, around.albedo / around.samples);
+        let [r, g, b] = [0, 1, 2].map(|i| srgb_from_linear(sharper(own[i], mean[i]).max(0.0)));
+        let coverage = sharper(sum.samples, around.samples / count as f32) / all;
         // A sliver of a surface stays one.
-        let coverage = ((sum.samples / all * 255.0 + 0.5) as u8).max(1);
+        let coverage = ((coverage * 255.0 + 0.5) as u8).max(1);
         let normal = sum.normal / sum.samples;
         let parts = [normal.dot(right), normal.dot(up), normal.dot(towards).max(0.0)];
         let is_leaf = sum.leaves >= 0.5 * sum.samples;
         ([r, g, b, coverage], surface_texel(parts, sum.depth / sum.samples, is_leaf))
     };
-    (0..frame_px * frame_px).map(texel).collect()
+    (0..).zip(&sums).map(texel).collect()
+}
+
+/// Sum of the pixels of a texel.
+fn sum_of(pixels: &[Surfaces], frame_px: u32, at: u32) -> Surfaces {
+    let row_px = (frame_px * PIXELS_PER_TEXEL) as usize;
+    let [x, y] = [at % frame_px, at / frame_px].map(|at| (at * PIXELS_PER_TEXEL) as usize);
+    let mut sum = Surfaces::default();
+    let side = PIXELS_PER_TEXEL as usize;
+    (0..side * side).for_each(|i| sum.add(&pixels[(y + i / side) * row_px + x + i % side]));
+    sum
 }
 
 /// Compares sprites of an impostor with the plant.
@@ -252,6 +276,6 @@ fn views(sphere: &Sphere, side_px: u32, count: u32) -> impl Iterator<Item = Came
         let turn = 0.37 + f64::from(i) * std::f64::consts::TAU / f64::from(count);
         let height = 0.07 + 0.88 / f64::from(count) * f64::from(i * 3 % count);
         let direction = DVec3::new(libm::sin(turn), height, libm::cos(turn));
-        LookAt::framing(sphere, direction, 0.2, 1.0).camera(side_px)
+        LookAt::framing(sphere, direction, VIEW_FOV_Y, VIEW_MARGIN).camera(side_px)
     })
 }

@@ -123,6 +123,41 @@ fn a_plants_report_is_one_page_with_every_method_at_every_level() {
 }
 
 #[test]
+fn small_plants_are_measured_where_they_are_asked_for() {
+    let Some(trees) = std::env::var_os("FOLIAGE_TREES") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
+    command.arg("report").arg(Path::new(&trees).join("Fern_1.glb"));
+    command.args(["--levels", "0.5", "--pixels", "48", "--brief", "--far", "4x16", "--json", "-o"]);
+    let output = command.arg(folder.path()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = json["impostors"].as_array().unwrap();
+    let methods =
+        ["every leaf", "prefix", "prefix, error of the impostor", "impostor", "both", "three levels", "crossed cards"];
+    let of = |key: &str, method: &str, px: u64| {
+        let row = rows.iter().find(|row| row["method"] == method && row["diameter_px"] == px).unwrap();
+        row[key].as_f64().unwrap()
+    };
+    let is_timed = gpu().is_some();
+    for px in [8, 16, 32, 64, 128] {
+        for method in methods {
+            assert!(of("rmse", method, px) >= 0.0 && of("change_per_degree", method, px) > 0.0, "{method}");
+            assert!(!is_timed || of("frame_seconds", method, px) > 0.0 && of("bytes", method, px) > 0.0, "{method}");
+        }
+        assert!(of("leaves", "every leaf", px) == 9.0 && of("rmse", "every leaf", px) == 0.0);
+        assert!(of("leaves", "impostor", px) == 0.0 && of("leaves", "crossed cards", px) == 3.0);
+        let equal = "prefix, error of the impostor";
+        assert!(of("rmse", equal, px) <= of("rmse", "impostor", px));
+    }
+    assert_eq!(rows.len(), methods.len() * 5);
+    // Sixteen frames of 16 texels, two pages with all their mip levels.
+    assert!(!is_timed || of("bytes", "impostor", 64) == f64::from(16 * 2 * 4 * (256 + 64 + 16 + 4 + 1)));
+    let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("Small on screen") && page.matches("width=\"128\" height=\"128\"").count() == rows.len());
+}
+
+#[test]
 fn what_cannot_be_reported_is_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, says) in [

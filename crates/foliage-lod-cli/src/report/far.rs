@@ -168,6 +168,6 @@ fn linear(byte: u8) -> f64 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
-fn encoded(linear: f64) -> f64 {
+pub(super) fn encoded(linear: f64) -> f64 {
     255.0 * if linear <= 0.0031308 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

@@ -5,9 +5,12 @@
 //!       -> offline::measure (preset, resolution, criterion) -> OfflineRow ->
 //! ```
 
+mod crossed;
 pub mod dolly;
 pub mod far;
 pub mod frames;
+mod impostor_section;
+pub mod impostors;
 mod markup;
 pub mod method;
 pub mod offline;

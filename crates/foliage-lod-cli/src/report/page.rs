@@ -4,14 +4,15 @@
 
 use super::{
     far::{FarRow, Seen},
-    markup::{cell, escaped},
+    impostor_section::impostor_section,
+    impostors::SmallRow,
+    markup::{cell, embedded, escaped},
     offline::{LEVEL, OfflineRow},
     plot::{Line, Plot},
     rows::{matched_table, run_time_table},
     scene_costs::Cost,
     study::{Row, Shown},
 };
-use base64::{Engine, engine::general_purpose::STANDARD};
 use foliage_lod::{Result, effects::Count, software::Image};
 use std::fmt::Write;
 
@@ -29,6 +30,8 @@ pub struct PlantReport {
     pub offline: Vec<OfflineRow>,
     /// Coverage and colour of the full plant far away; empty if they were not measured.
     pub far: Vec<FarRow>,
+    /// The plant at small sizes, by leaves, impostor and others; empty if they were not asked for.
+    pub small: Vec<SmallRow>,
     /// Picture of the full plant.
     pub full: Image,
     /// Pictures of the shown methods at each level.
@@ -103,6 +106,7 @@ fn section(page: &mut String, report: &PlantReport) -> Result<()> {
     matched_table(page, &rows);
     pop_table(page, &report.pops);
     far_table(page, &report.far);
+    impostor_section(page, &report.small)?;
     offline(page, &report.offline)
 }
 
@@ -281,14 +285,6 @@ fn picture_table(page: &mut String, report: &PlantReport) -> Result<()> {
     Ok(())
 }
 
-fn embedded(image: &Image) -> Result<String> {
-    let png = STANDARD.encode(image.encode_png()?);
-    Ok(format!(
-        "<img width=\"{}\" height=\"{}\" alt=\"\" src=\"data:image/png;base64,{png}\">",
-        image.width, image.height
-    ))
-}
-
 fn pop_table(page: &mut String, pops: &[(String, f64)]) {
     page.push_str("<details open><summary>Popping</summary><table class=\"sorts\"><thead><tr><th>method</th>");
     page.push_str("<th>largest change</th></tr></thead><tbody>");
@@ -430,6 +426,7 @@ mod tests {
             pops: vec![("<m>".into(), 0.5)],
             offline: Vec::new(),
             far: vec![FarRow { distance: 6.0, truth: seen(200.0), cpu: seen(190.0), gpu: None }],
+            small: Vec::new(),
             full: image,
             shown,
         }];

@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, btree_map::Entry};
 
 /// Direction from the plant to the camera of the shown pictures: in front, a little to the right
 /// and above.
-const FRONT: DVec3 = DVec3::new(0.45, 0.25, 1.0);
+pub(super) const FRONT: DVec3 = DVec3::new(0.45, 0.25, 1.0);
 
 /// Measurements of one method at one level and size.
 #[derive(Debug, Clone, PartialEq)]

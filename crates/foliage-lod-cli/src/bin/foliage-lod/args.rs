@@ -81,6 +81,11 @@ pub struct Report {
     /// Measure only the four presets, without variants of their options.
     #[arg(long)]
     pub brief: bool,
+    /// Also bake an impostor and compare it at 8 to 128 pixels across with leaves, both at once,
+    /// three levels of detail and crossed cards: frames along each side of the lattice of
+    /// directions, and their side in pixels.
+    #[arg(long, value_name = "FRAMESxPX", value_parser = frames, num_args = 0..=1, default_missing_value = "12x64", conflicts_with = "paper")]
+    pub far: Option<Frames>,
     /// Folder to write into; created if it does not exist.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,

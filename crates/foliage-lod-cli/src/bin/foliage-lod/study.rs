@@ -1,7 +1,7 @@
 //! `foliage-lod report PLANT...`: measures accuracy against time and writes one page.
 
 use crate::{
-    args,
+    args, baking,
     failure::{Failure, complain},
     interrupt,
     output::{self, Steps},
@@ -16,11 +16,13 @@ use foliage_lod::{
     import::{self, ImportOptions},
     model::Growth,
     simplify::CpuFragments,
+    software::BakeOptions,
     stochastic::{AreaRule, Stochastic, shuffled},
 };
 use foliage_lod_cli::report::{
     Method, Study, StudyOptions, Toned,
     far::{self, FarRow},
+    impostors::{self, SmallRow, Way},
     offline::{self, OfflineRow},
     page::{self, PlantReport, SceneReport},
     rows,
@@ -37,6 +39,8 @@ use std::{
 const SEED: u64 = 1;
 /// Methods shown as pictures, in addition to the presets and the `--against` chain.
 const SHOWN: [&str; 2] = ["random", "cook"];
+/// Preset whose prefixes are compared with impostors.
+const SMALL: &str = "balanced";
 
 /// Runs the subcommand.
 pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
@@ -124,9 +128,13 @@ fn study(
         interrupt::check()?;
     }
     let far = if args.brief { Vec::new() } else { spinning("measuring far away", || far_rows(plant, gpu))? };
+    let small = match args.far {
+        Some(args::Frames(sizes)) => small_rows(&methods, &sizes, gpu, steps)?,
+        None => Vec::new(),
+    };
     let full = study.full_shown()?;
     let (name, leaves) = (plant.name.clone(), plant.leaves.len() as u32);
-    Ok(PlantReport { plant: name, leaves, rows, pops, offline, far, full, shown })
+    Ok(PlantReport { plant: name, leaves, rows, pops, offline, far, small, full, shown })
 }
 
 /// The full plant far away; without the GPU once it has failed or where the plant does not fit on
@@ -137,6 +145,26 @@ fn far_rows(plant: &Plant, gpu: Option<&GpuDevice>) -> Result<Vec<FarRow>> {
         Err(Error::Gpu { .. } | Error::TooLarge { .. }) if gpu.is_some() => far::measure(&model, None),
         rows => rows,
     }
+}
+
+/// The plant at small sizes; without frame times once the device has failed.
+fn small_rows(
+    methods: &[Method],
+    sizes: &BakeOptions,
+    gpu: Option<&GpuDevice>,
+    steps: &mut Steps,
+) -> std::result::Result<Vec<SmallRow>, Failure> {
+    let preset = methods.iter().find(|method| method.name == SMALL);
+    let Some(model) = preset.and_then(Method::model) else { return Ok(Vec::new()) };
+    let model = FoliageModel { impostor: Some(baking::bake(model, sizes)?), ..model.clone() };
+    steps.done("bake", baking::summary(&model))?;
+    let rows = spinning("measuring small sizes", || impostors::measure(&model, gpu, &mut interrupt::check))?;
+    let rmse = |way: Way| {
+        let told = rows.iter().filter(|row| row.way == way);
+        told.map(|row| format!("{} px {:.1}", row.diameter_px, row.quality.rmse)).collect::<Vec<_>>().join(", ")
+    };
+    steps.done("measure", format!("impostor: RMSE {}; prefix {}", rmse(Way::Impostor), rmse(Way::Prefix)))?;
+    Ok(rows)
 }
 
 /// Methods that the presets are compared with; the `--against` chain comes last.
@@ -227,8 +255,12 @@ fn json(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>) 
     let far =
         |report: &PlantReport| -> Vec<Value> { report.far.iter().map(|row| json_far(&report.plant, row)).collect() };
     let far: Vec<Value> = reports.iter().flat_map(far).collect();
+    let small = |report: &PlantReport| -> Vec<Value> {
+        report.small.iter().map(|row| json_small(&report.plant, row)).collect()
+    };
+    let small: Vec<Value> = reports.iter().flat_map(small).collect();
     let scenes: Vec<Value> = scenes.iter().flat_map(scene_study::json_rows).collect();
-    json!({ "adapter": adapter, "rows": rows, "pops": pops, "far": far, "offline": offline, "scenes": scenes })
+    json!({ "adapter": adapter, "rows": rows, "pops": pops, "far": far, "impostors": small, "offline": offline, "scenes": scenes })
 }
 
 fn json_far(plant: &str, row: &FarRow) -> Value {
@@ -239,6 +271,25 @@ fn json_far(plant: &str, row: &FarRow) -> Value {
         "reference": seen(&row.truth),
         "cpu": seen(&row.cpu),
         "gpu": row.gpu.iter().flatten().map(seen).collect::<Vec<_>>(),
+    })
+}
+
+fn json_small(plant: &str, row: &SmallRow) -> Value {
+    json!({
+        "plant": plant,
+        "method": row.way.name(),
+        "diameter_px": row.diameter_px,
+        "leaves": row.leaves,
+        "rmse": row.quality.rmse,
+        "ssim": row.quality.ssim,
+        "flip": row.quality.flip,
+        "coverage": row.quality.coverage,
+        "xor": row.quality.xor,
+        "grain": row.quality.grain,
+        "color": row.color,
+        "change_per_degree": row.change,
+        "frame_seconds": row.frame_seconds,
+        "bytes": row.bytes,
     })
 }
 
