@@ -17,6 +17,7 @@ use crate::{
         facts::Facts,
         frame_list::{FrameList, ImpostorDraw},
         instance::{Instance, ModelId, Prepared},
+        live::Needed,
         look::{Look, Variant},
         quads::{RUN_INDICES, TRIMMED_RUN_INDICES, run_indices},
         records::{FrameRecord, InstanceRecord, Run, bindings},
@@ -91,6 +92,11 @@ impl Layer {
     /// Drops the bind group, because the scale buffer was replaced.
     pub(super) fn forget_bindings(&mut self) {
         self.bindings = None;
+    }
+
+    /// Frames of live impostors that the plants of the prepared frame need.
+    pub(super) fn needed(&self) -> &Needed {
+        &self.list.needed
     }
 
     /// Empties the draw lists.
