@@ -179,7 +179,8 @@ impl Layer {
             let Some((impostor, pipeline)) = impostor.zip(pipeline) else { continue };
             pass.set_pipeline(pipeline);
             pass.set_bind_group(bindings::MODEL, &impostor.bindings, &[]);
-            pass.draw(0..SPRITE_CORNERS, draw.instances.clone());
+            pass.set_index_buffer(self.pattern.slice(..), wgpu::IndexFormat::Uint16);
+            pass.draw_indexed(0..SPRITE_INDICES, 0, draw.instances.clone());
         }
         for batch in &self.list.batches {
             let fading = Variant { alpha: true, ..batch.variant };
@@ -237,8 +238,8 @@ fn of_wood(variant: Variant) -> Variant {
     Variant { wind: variant.wind, handover: variant.handover, ..Variant::default() }
 }
 
-/// Corners of the two triangles of a sprite.
-const SPRITE_CORNERS: u32 = 6;
+/// Indices of a sprite: those of the first quad of a run.
+const SPRITE_INDICES: u32 = 6;
 
 fn of_impostor(draw: &ImpostorDraw) -> Part {
     Part::Impostor { is_deep: draw.is_deep }

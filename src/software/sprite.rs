@@ -251,16 +251,18 @@ impl<'a> Sprite<'a> {
         let before = origin.dot(frame.towards);
         let place = |height: f32| origin + ray * ((height - before) / approach);
         let uv = |at: Vec3| Vec2::new(at.dot(frame.axes[0]), -at.dot(frame.axes[1])) / self.half_side * 0.5 + 0.5;
-        let mut at = place(0.0);
-        let steps = if self.is_deep { DEPTH_STEPS } else { 0 };
-        for _ in 0..steps {
-            let depth = texel(pages, uv(at), level, srgb).surface[2];
-            at = place((2.0 * depth - 1.0) * self.half_side);
+        let placed = |surface: [f32; 4]| place((2.0 * surface[2] - 1.0) * self.half_side);
+        // The last step's surface is the one that is shown: a pixel's fraction from the place.
+        let (mut at, mut stepped) = (place(0.0), None);
+        for _ in 0..if self.is_deep { DEPTH_STEPS } else { 0 } {
+            let surface = texel(pages, uv(at), level, srgb).surface;
+            (at, stepped) = (placed(surface), Some(surface));
         }
         let uv = uv(at);
         let is_inside = uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all();
-        let texel = is_inside.then(|| texel(pages, uv, level, srgb))?;
-        Some((texel, place((2.0 * texel.surface[2] - 1.0) * self.half_side)))
+        let shown = is_inside.then(|| texel(pages, uv, level, srgb))?;
+        let surface = stepped.unwrap_or(shown.surface);
+        Some((Texel { surface, ..shown }, placed(surface)))
     }
 
     /// Point relative to the centre where the ray through a point of the picture meets the plane
