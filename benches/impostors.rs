@@ -11,7 +11,7 @@ use criterion::{Criterion, SamplingMode};
 use foliage_lod::{
     Camera, FoliageModel, FoliageRenderer, Instance, Look, LookAt,
     extract::Far,
-    gpu::{GpuDevice, Offscreen, TARGET, texture},
+    gpu::{Backdrop, GpuDevice, Offscreen, TARGET, texture},
     simplify::SimplifyOptions,
     software::{BakeOptions, bake},
 };
@@ -121,7 +121,7 @@ fn bench(criterion: &mut Criterion, gpu: &GpuDevice, model: &FoliageModel, diame
     }
 }
 
-/// Quads that face the camera, with one texture and an alpha test.
+/// Quads that face the camera, with one texture and an alpha test, before the same backdrop.
 struct Plain {
     pipeline: wgpu::RenderPipeline,
     bindings: wgpu::BindGroup,
@@ -129,6 +129,7 @@ struct Plain {
     resolved: wgpu::TextureView,
     depth: wgpu::TextureView,
     count: u32,
+    backdrop: Backdrop,
 }
 
 const PLAIN: &str = "
@@ -245,6 +246,7 @@ impl Plain {
             resolved: attachment(TARGET.color, 1),
             depth: attachment(TARGET.depth, TARGET.samples),
             count: places.len() as u32,
+            backdrop: Backdrop::new(device, TARGET),
         }
     }
 
@@ -265,6 +267,7 @@ impl Plain {
             }),
             ..Default::default()
         });
+        self.backdrop.render(&mut pass);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.bindings, &[]);
         pass.draw(0..6, 0..self.count);

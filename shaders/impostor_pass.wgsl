@@ -75,7 +75,7 @@ fn impostor_corner(@builtin(vertex_index) corner: u32, @builtin(instance_index) 
     // The outline of the sphere, on the plane through its centre.
     let outline = distance * inverseSqrt(max(pow2(distance) - pow2(impostor.radius), 0.01 * pow2(distance)));
     let reach = impostor.radius * outline * enlarged + sway_reach(number);
-    let sign = vec2(select(-1.0, 1.0, corner == 1u || corner == 2u || corner == 4u), select(-1.0, 1.0, corner == 2u || corner >= 4u));
+    let sign = vec2(select(-1.0, 1.0, corner == 1u || corner == 2u), select(-1.0, 1.0, corner >= 2u));
     let drawn = (axes[0] * sign.x + axes[1] * sign.y) * reach;
     sprite.at = drawn / enlarged;
     sprite.at_px = sign * (0.5 * diameter_px * reach / (enlarged * impostor.radius));
@@ -221,10 +221,12 @@ fn add_picture(
     let approach = min(dot(ray, towards), -LEAST_APPROACH);
     let before = dot(origin, towards);
     var at = origin - ray * (before / approach);
+    var surface = vec4(0.0);
     if is_deep {
+        // The last step's surface is the one that is shown: a pixel's fraction from the place.
         for (var i = 0u; i < DEPTH_STEPS; i++) {
-            let depth = textureSampleLevel(surfaces, clamping, place_in(at, axes), layer, level).b;
-            at = origin + ray * (((2.0 * depth - 1.0) * impostor.half_side - before) / approach);
+            surface = textureSampleLevel(surfaces, clamping, place_in(at, axes), layer, level);
+            at = origin + ray * (((2.0 * surface.b - 1.0) * impostor.half_side - before) / approach);
         }
     }
     let uv = place_in(at, axes);
@@ -232,7 +234,10 @@ fn add_picture(
         return;
     }
     let color = textureSampleLevel(colors, clamping, uv, layer, level);
-    let surface = textureSampleLevel(surfaces, clamping, uv, layer, level);
+    if !is_deep {
+        surface = textureSampleLevel(surfaces, clamping, uv, layer, level);
+        at = origin + ray * (((2.0 * surface.b - 1.0) * impostor.half_side - before) / approach);
+    }
     let share = weight * color.a;
     let parts = 2.0 * surface.rg - 1.0;
     let normal = axes[0] * parts.x + axes[1] * parts.y + towards * abs(2.0 * surface.a - 1.0);
@@ -240,7 +245,7 @@ fn add_picture(
     (*sum).color += share * color.rgb;
     (*sum).normal += share * normal;
     (*sum).leaf += share * f32(surface.a >= 0.5);
-    (*sum).hit += share * (origin + ray * (((2.0 * surface.b - 1.0) * impostor.half_side - before) / approach));
+    (*sum).hit += share * at;
 }
 
 // Texture coordinates of a point in a picture.

@@ -233,7 +233,7 @@ fn nothing_exists_that_is_not_called_for_and_each_plant_is_counted_once() {
         let mut foliage = FoliageRenderer::new(device, TARGET, look(far, Effects::default())).unwrap();
         let id = foliage.add_model(device, queue, model).unwrap();
         let prepared = foliage.prepare(device, queue, camera, &plants(id)).unwrap();
-        assert_eq!(prepared.far, FarCounts { leaves: 6, both: 0, impostors: 0 });
+        assert_eq!(prepared.far, FarCounts { leaves: 6, ..FarCounts::default() });
         let about = foliage.diagnostics();
         assert_eq!((about.impostor_bytes, about.impostor_pipelines), (0, 0));
     }

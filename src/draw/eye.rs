@@ -10,7 +10,7 @@ use super::{
     records::{FrameRecord, InstanceRecord, NO_SCALES},
 };
 use crate::{Camera, bounds::largest_scale, model::Transition};
-use glam::{DAffine3, DMat4, DVec2, DVec3, Mat4, Vec2};
+use glam::{DAffine3, DMat4, DVec2, DVec3, Mat4, Vec2, Vec3};
 
 /// Camera of a frame list: the frame's own camera or the sun's.
 #[derive(Debug, Clone)]
@@ -95,6 +95,14 @@ impl Eye {
         let Some((center, radius)) = model.impostor else { return f32::INFINITY };
         let scale = largest_scale(&instance.world_from_plant);
         self.camera.diameter_px(instance.world_from_plant.transform_point3(center), radius * scale)
+    }
+
+    /// Position of the eye relative to the middle of a plant's impostor, in the plant's space;
+    /// `None` without an impostor or for a transform that cannot be inverted.
+    pub(super) fn relative_to_impostor(&self, model: &ModelFacts, instance: &Instance) -> Option<Vec3> {
+        let (center, _) = model.impostor?;
+        let from_center = instance.world_from_plant.inverse().transform_point3(self.at) - center;
+        from_center.is_finite().then(|| from_center.as_vec3())
     }
 
     /// Where a plant is, and how large it is on screen; `None` if its transform cannot be drawn.

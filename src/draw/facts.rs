@@ -2,13 +2,14 @@
 
 use super::{
     instance::{Instance, ModelId},
+    live::LiveFrames,
     stems::Levels,
     upload::Upload,
 };
 use crate::{
     bounds::{Aabb, largest_scale},
     effects::wind::Shape,
-    model::{FoliageModel, Leaf},
+    model::{FoliageModel, Framing, Leaf},
 };
 use glam::{DVec3, Vec3};
 use slotmap::SlotMap;
@@ -43,6 +44,8 @@ pub struct ModelFacts {
     /// Centre, in plant space, and radius of what the model's impostor shows; `None` if it has
     /// none.
     pub(super) impostor: Option<(DVec3, f64)>,
+    /// Frames of that impostor, if they are made while plants are drawn.
+    pub(crate) live: Option<LiveFrames>,
 }
 
 impl ModelFacts {
@@ -74,15 +77,24 @@ impl ModelFacts {
             mean,
             has_tone: model.growth.tone > 0.0,
             has_tiles: model.growth.tiles,
-            impostor: model
-                .impostor
-                .as_ref()
-                .map(|impostor| (Vec3::from(impostor.center).as_dvec3(), f64::from(impostor.radius()))),
+            impostor: model.impostor.as_ref().map(|impostor| shown_by(&impostor.framing())),
+            live: None,
         }
     }
 }
 
+/// Centre and radius of what an impostor shows.
+fn shown_by(framing: &Framing) -> (DVec3, f64) {
+    (Vec3::from(framing.center).as_dvec3(), f64::from(framing.radius()))
+}
+
 impl ModelFacts {
+    /// The facts of a model whose impostor is made while its plants are drawn.
+    #[cfg(feature = "render")]
+    pub(crate) fn with_live(self, framing: &Framing) -> Self {
+        Self { impostor: Some(shown_by(framing)), live: Some(LiveFrames::new(framing.lattice)), ..self }
+    }
+
     /// Number of quads of the first `n` leaves.
     pub(super) fn quad_end(&self, n: u32) -> u32 {
         self.quad_ends[n as usize]

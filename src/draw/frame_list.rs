@@ -6,9 +6,10 @@ use super::{
     facts::{Facts, ModelFacts},
     handover,
     instance::{Instance, ModelId, Prepared},
+    live::Needed,
     look::{Look, Variant},
     records::{FrameRecord, InstanceRecord, RUN_QUADS, Run, Tone, runs},
-    sprite::DEEP_FROM_PX,
+    sprite::{DEEP_FROM_PX, LEAST_PX},
 };
 use crate::effects::{
     Counts,
@@ -150,6 +151,10 @@ pub struct FrameList {
     pub sways: Vec<Sway>,
     /// What all plants share.
     pub shared: FrameRecord,
+    /// Frames of live impostors that the plants need.
+    pub(crate) needed: Needed,
+    /// Number of impostors that are smaller than they are drawn.
+    faded: u32,
     /// Records and sways of the plants in the previous frame; appended to this frame's at the end.
     before: (Vec<InstanceRecord>, Vec<Sway>),
     /// Records in the order of the instances.
@@ -173,6 +178,8 @@ impl Default for FrameList {
             impostors: Vec::new(),
             tones: Vec::new(),
             sways: Vec::new(),
+            needed: Needed::default(),
+            faded: 0,
             before: Default::default(),
             unsorted: Vec::new(),
             order: Vec::new(),
@@ -197,6 +204,8 @@ impl FrameList {
             self.batch(look, models, eye, moments.as_ref(), instances, at..end, &mut prepared);
             at = end;
         }
+        prepared.far.impostors -= self.faded;
+        prepared.far.faded = self.faded;
         prepared.instances = self.records.len() as u32;
         prepared.skipped = instances.len() as u32 - prepared.instances;
         prepared.draws += (self.wood.len() + self.impostors.len()) as u32;
@@ -215,6 +224,8 @@ impl FrameList {
         self.impostors.clear();
         self.tones.clear();
         self.sways.clear();
+        self.needed.clear();
+        self.faded = 0;
     }
 
     /// Computes keys and records of all plants, in the order of `instances`, which are large: they
@@ -233,12 +244,15 @@ impl FrameList {
             let far = look.far.filter(|_| model.impostor.is_some());
             let diameter_px = if far.is_some() { eye.diameter_px(model, instance) } else { f32::INFINITY };
             let share = far.map_or(0.0, |far| far.share_of(diameter_px, instance.seed, instance.far));
+            let from_center = || eye.relative_to_impostor(model, instance);
+            let share = self.needed.available(share, instance.model, model.live.as_ref(), from_center);
             let is_deep = share > 0.0 && diameter_px >= DEEP_FROM_PX;
             let record = self.unsorted.len() as u32;
             if share >= 1.0 {
                 let variant = Variant { wind: moves, ..Variant::default() };
                 let parts = Parts { variant, is_impostor: true, is_deep, ..Parts::default() };
                 self.order.push(Listed { key: key(instance.model, parts), instance: number, record });
+                self.faded += u32::from(diameter_px < LEAST_PX);
                 let placed = place.record(model, &Instance { active: 0.0, ..*instance }, look, 0.0);
                 let drawn = handover::packed(0, 1.0);
                 self.unsorted.push(InstanceRecord { first_partial: instance.seed, drawn, ..placed });

@@ -1,5 +1,7 @@
 //! Instances and frames: the input of a draw, and its statistics.
 
+#[cfg(feature = "software")]
+use super::sprite::LEAST_PX;
 use crate::{Camera, effects::Counts};
 use glam::{DAffine3, DMat4, DVec2, DVec4};
 
@@ -110,6 +112,19 @@ pub struct Prepared {
     pub effects: Counts,
     /// What the drawn plants are drawn with.
     pub far: FarCounts,
+    /// Frames of live impostors.
+    pub live: LiveCounts,
+}
+
+/// Numbers of frames of live impostors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LiveCounts {
+    /// Frames that this picture added.
+    pub made: u32,
+    /// Frames that plants of this picture wait for, drawn with leaves meanwhile.
+    pub pending: u32,
+    /// Frames that are not wholly shown yet: the next pictures of a still camera differ.
+    pub appearing: u32,
 }
 
 /// Numbers of plants by what they are drawn with.
@@ -121,14 +136,17 @@ pub struct FarCounts {
     pub both: u32,
     /// The impostor alone.
     pub impostors: u32,
+    /// The impostor alone, smaller than it is drawn, so that part of its coverage is left.
+    pub faded: u32,
 }
 
 #[cfg(feature = "software")]
 impl FarCounts {
-    /// Counts a plant whose impostor takes this share of its samples.
-    pub(crate) fn add(&mut self, share: f32) {
+    /// Counts a plant of a diameter whose impostor takes this share of its samples.
+    pub(crate) fn add(&mut self, share: f32, diameter_px: f32) {
         let count = match share {
             share if share <= 0.0 => &mut self.leaves,
+            share if share >= 1.0 && diameter_px < LEAST_PX => &mut self.faded,
             share if share >= 1.0 => &mut self.impostors,
             _ => &mut self.both,
         };

@@ -17,6 +17,8 @@ pub(crate) mod handover;
 pub(crate) mod instance;
 pub(crate) mod landscape;
 pub(crate) mod light;
+#[cfg_attr(not(feature = "render"), expect(dead_code, reason = "only renderers that keep frames make them"))]
+pub(crate) mod live;
 pub(crate) mod look;
 #[cfg(feature = "software")]
 pub(crate) mod mips;
@@ -39,7 +41,7 @@ pub mod shaders;
 pub use eye::Eye;
 pub use facts::{Facts, ModelFacts};
 pub use frame_list::{Batch, FrameList, ImpostorDraw, WoodDraw};
-pub use instance::{FarCounts, Frame, Instance, ModelId, Prepared, ScalesId};
+pub use instance::{FarCounts, Frame, Instance, LiveCounts, ModelId, Prepared, ScalesId};
 pub use landscape::{Ground, Landscape, Rays};
 pub use light::Lighting;
 pub use look::{Coloring, Look, Variant};

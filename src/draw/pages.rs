@@ -1,15 +1,17 @@
-//! Pages of an impostor ready for sampling: what no surface covers is filled with the colours and
-//! normals beside it, and mip levels weight them by coverage.
+//! Pages of an impostor's frames ready for sampling: what no surface covers is filled with the
+//! colours and normals beside it, and mip levels weight them by coverage.
 
 use super::mips::{SrgbTable, srgb_from_linear};
 use crate::model::Impostor;
 
-/// Levels of both pages of an impostor, all frames of a level one after another.
+/// Levels of both pages of some frames, all frames of a level one after another.
+#[derive(Debug)]
 pub(crate) struct Pages {
     pub(crate) levels: Vec<PageLevel>,
 }
 
 /// One mip level.
+#[derive(Debug)]
 pub(crate) struct PageLevel {
     /// Side of a frame in texels.
     pub(crate) side: u32,
@@ -32,12 +34,18 @@ struct Sum {
 }
 
 impl Pages {
-    /// Builds all levels, from the frames' own down to one texel a frame.
+    /// Builds all levels of all frames of an impostor.
     pub(crate) fn new(impostor: &Impostor) -> Self {
-        let srgb = SrgbTable::new();
         let texels = impostor.color.as_chunks::<4>().0.iter().zip(impostor.surface.as_chunks::<4>().0);
+        Self::of_frames(impostor.frame_px, texels)
+    }
+
+    /// Builds all levels, from the frames' own down to one texel a frame. The texels of both pages
+    /// are those of whole frames.
+    pub(crate) fn of_frames<'a>(frame_px: u32, texels: impl Iterator<Item = (&'a [u8; 4], &'a [u8; 4])>) -> Self {
+        let srgb = SrgbTable::new();
         let mut sums: Vec<Vec<Sum>> = vec![texels.map(|(color, surface)| Sum::of(color, surface, &srgb)).collect()];
-        let mut sides = vec![impostor.frame_px];
+        let mut sides = vec![frame_px];
         while let (Some(last), Some(&side)) = (sums.last(), sides.last())
             && side > 1
         {

@@ -80,6 +80,21 @@ mod tests {
     }
 
     #[test]
+    fn plants_that_switch_between_two_eyes_a_metre_apart_form_no_ring() {
+        // Trees of 8 m across, at 1080 lines and 50 degrees, are 64 pixels large at 145 m.
+        let px_at = |away: f32| 8.0 * 1158.0 / away;
+        let switched = |seed: fn(u32) -> u32| -> f32 {
+            let is_far = |away: f32, i: u32| Far::default().share(px_at(away), seed(i)) >= 0.5;
+            let plants = (0..20_000).map(|i| (i, 100.0 + 0.005 * i as f32));
+            let at: Vec<f32> =
+                plants.filter(|&(i, at)| is_far(at, i) != is_far(at + 1.0, i)).map(|(_, at)| at).collect();
+            at[at.len() - 1] - at[0]
+        };
+        let [spread, ring] = [switched(|i| i), switched(|_| 1)];
+        assert!(spread >= 5.0 && ring < 1.01, "spread over {spread} m, {ring} m without seeds");
+    }
+
+    #[test]
     fn odd_sizes_are_near_or_far_and_never_nothing() {
         let far = Far::default();
         assert_eq!([f32::NAN, f32::INFINITY, 1e9].map(|px| far.share(px, 3)), [0.0; 3]);

@@ -131,3 +131,18 @@ pub(super) fn bound<'a>(
     let count = if variant.has_bindings() || look.effects.shadow.is_some() { layouts.len() } else { 2 };
     layouts[..count].iter().map(Some).collect()
 }
+
+/// Creates the sampler of the textures of models.
+pub(super) fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
+    let repeat = wgpu::AddressMode::Repeat;
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("foliage"),
+        address_mode_u: repeat,
+        address_mode_v: repeat,
+        address_mode_w: repeat,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..Default::default()
+    })
+}

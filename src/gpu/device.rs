@@ -4,7 +4,7 @@
 //! passes: the first failure is recorded, and [`GpuDevice::check`] returns it as an [`Error::Gpu`].
 
 use super::guard::{self, guarded};
-use crate::{Error, Result};
+use crate::{Error, Result, draw::records::bindings};
 use std::{
     sync::{Arc, Mutex, PoisonError},
     time::Duration,
@@ -212,4 +212,26 @@ impl Failure {
 /// Formats an error on one line; wgpu's messages span several indented lines.
 pub fn one_line(error: &impl std::fmt::Display) -> String {
     error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Storage buffers per shader stage that a device must allow.
+const STORAGE_BUFFERS: u32 = 8;
+
+/// Checks that plants can be drawn on a device with so many samples per pixel.
+pub(super) fn check_device(device: &wgpu::Device, samples: u32) -> Result<()> {
+    let limits = device.limits();
+    let needs = [
+        ("storage buffers per shader stage", limits.max_storage_buffers_per_shader_stage, STORAGE_BUFFERS),
+        ("bind groups", limits.max_bind_groups, bindings::EFFECTS + 1),
+    ];
+    for (what, has, needed) in needs {
+        if has < needed {
+            let name = device.adapter_info().name;
+            return Err(Error::gpu(format!("the device on {name:?} has {has} {what}; plants need {needed}")));
+        }
+    }
+    if samples == 0 || samples > 16 {
+        return Err(Error::invalid("target.samples", samples, "1 to 16"));
+    }
+    Ok(())
 }

@@ -4,57 +4,64 @@ use super::buffers::filled;
 use crate::{
     Error, Result,
     draw::{
-        pages::{PageLevel, Pages},
+        pages::Pages,
         records::{CrownRecord, ImpostorRecord, bindings::*},
     },
-    model::Impostor,
+    model::Framing,
 };
 use glam::{DVec3, Vec3};
 
-/// Bind group of an impostor, which keeps its buffers and textures alive.
+/// Bind group of an impostor, and the textures of its pages.
 pub(super) struct ImpostorBuffers {
     pub(super) bindings: wgpu::BindGroup,
     /// Size of both pages in bytes.
     pub(super) bytes: u64,
+    colors: wgpu::Texture,
+    surfaces: wgpu::Texture,
+}
+
+/// Checks that a texture can have a layer for each frame.
+///
+/// # Errors
+/// [`Error::TooLarge`] if the device allows fewer texture layers than there are frames.
+pub(super) fn check_layers(device: &wgpu::Device, framing: &Framing) -> Result<()> {
+    let (value, limit) = (u64::from(framing.lattice.frames()), device.limits().max_texture_array_layers.into());
+    if value > limit {
+        let (what, fix) = ("number of frames of the impostor".into(), "bake it with fewer frames".into());
+        return Err(Error::TooLarge { what, value, limit, fix });
+    }
+    Ok(())
 }
 
 impl ImpostorBuffers {
-    /// Uploads an impostor. `center` is the origin of local space, in the plant's.
-    ///
-    /// # Errors
-    /// [`Error::TooLarge`] if the device allows fewer texture layers than it has frames.
+    /// Creates clear pages. `center` is the origin of local space, in the plant's. Call
+    /// [`check_layers`] before.
     pub(super) fn new(
         device: &wgpu::Device,
-        queue: &wgpu::Queue,
         layout: &wgpu::BindGroupLayout,
-        impostor: &Impostor,
+        framing: &Framing,
         crown: &CrownRecord,
         center: DVec3,
-    ) -> Result<Self> {
-        let (value, limit) = (u64::from(impostor.lattice.frames()), device.limits().max_texture_array_layers.into());
-        if value > limit {
-            let (what, fix) = ("number of frames of the impostor".into(), "bake it with fewer frames".into());
-            return Err(Error::TooLarge { what, value, limit, fix });
-        }
+    ) -> Self {
         let record = ImpostorRecord {
-            center: (Vec3::from(impostor.center).as_dvec3() - center).as_vec3().to_array(),
-            half_side: impostor.half_side,
-            radius: impostor.radius(),
-            texels: (impostor.frame_px - 2) as f32,
-            across: impostor.lattice.across,
-            is_whole_sphere: impostor.lattice.is_whole_sphere.into(),
+            center: (Vec3::from(framing.center).as_dvec3() - center).as_vec3().to_array(),
+            half_side: framing.half_side,
+            radius: framing.radius(),
+            texels: (framing.frame_px - 2) as f32,
+            across: framing.lattice.across,
+            is_whole_sphere: framing.lattice.is_whole_sphere.into(),
         };
         let uniform = |label, bytes: &[u8]| filled(device, label, wgpu::BufferUsages::UNIFORM, bytes);
         let buffers = [
             (CROWN, uniform("crown", bytemuck::bytes_of(crown))),
             (IMPOSTOR, uniform("impostor", bytemuck::bytes_of(&record))),
         ];
-        let pages = Pages::new(impostor);
-        let upload = |format, page: fn(&PageLevel) -> &Vec<u8>| upload(device, queue, &pages, format, page);
-        let textures = [
-            (COLORS, upload(wgpu::TextureFormat::Rgba8UnormSrgb, |level| &level.color)),
-            (SURFACES, upload(wgpu::TextureFormat::Rgba8Unorm, |level| &level.surface)),
-        ];
+        let colors = page(device, framing, wgpu::TextureFormat::Rgba8UnormSrgb);
+        let surfaces = page(device, framing, wgpu::TextureFormat::Rgba8Unorm);
+        let dimension = Some(wgpu::TextureViewDimension::D2Array);
+        let view =
+            |of: &wgpu::Texture| of.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() });
+        let views = [(COLORS, view(&colors)), (SURFACES, view(&surfaces))];
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("foliage impostor"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -63,9 +70,9 @@ impl ImpostorBuffers {
             ..Default::default()
         });
         let buffers = buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding()));
-        let textures = textures.iter().map(|(binding, view)| (*binding, wgpu::BindingResource::TextureView(view)));
+        let views = views.iter().map(|(binding, view)| (*binding, wgpu::BindingResource::TextureView(view)));
         let entries: Vec<_> = buffers
-            .chain(textures)
+            .chain(views)
             .chain([(CLAMPING, wgpu::BindingResource::Sampler(&sampler))])
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
@@ -74,45 +81,41 @@ impl ImpostorBuffers {
             layout,
             entries: &entries,
         });
-        Ok(Self { bindings, bytes: impostor.gpu_bytes() })
+        Self { bindings, bytes: framing.gpu_bytes(), colors, surfaces }
+    }
+
+    /// Uploads some frames, from `first` on.
+    pub(super) fn write(&self, queue: &wgpu::Queue, first: u32, pages: &Pages) {
+        for (mip_level, level) in (0..).zip(&pages.levels) {
+            let side = level.side;
+            let size = wgpu::Extent3d {
+                width: side,
+                height: side,
+                depth_or_array_layers: (level.color.len() / 4) as u32 / (side * side),
+            };
+            let rows =
+                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * side), rows_per_image: Some(side) };
+            for (texture, texels) in [(&self.colors, &level.color), (&self.surfaces, &level.surface)] {
+                let origin = wgpu::Origin3d { x: 0, y: 0, z: first };
+                let aspect = wgpu::TextureAspect::All;
+                let destination = wgpu::TexelCopyTextureInfo { texture, mip_level, origin, aspect };
+                queue.write_texture(destination, texels, rows, size);
+            }
+        }
     }
 }
 
-/// Uploads one page, a layer for each frame.
-fn upload(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    pages: &Pages,
-    format: wgpu::TextureFormat,
-    page: fn(&PageLevel) -> &Vec<u8>,
-) -> wgpu::TextureView {
-    let side = pages.levels[0].side;
-    let layers = (pages.levels[0].color.len() / 4) as u32 / (side * side);
-    let size = |side| wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers };
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
+/// Creates one page, a layer for each frame.
+fn page(device: &wgpu::Device, framing: &Framing, format: wgpu::TextureFormat) -> wgpu::Texture {
+    let (side, layers) = (framing.frame_px, framing.lattice.frames());
+    device.create_texture(&wgpu::TextureDescriptor {
         label: Some("foliage impostor"),
-        size: size(side),
-        mip_level_count: pages.levels.len() as u32,
+        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+        mip_level_count: side.ilog2() + 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
-    });
-    for (mip_level, level) in (0..).zip(&pages.levels) {
-        let destination = wgpu::TexelCopyTextureInfo {
-            texture: &texture,
-            mip_level,
-            origin: wgpu::Origin3d::ZERO,
-            aspect: wgpu::TextureAspect::All,
-        };
-        let rows = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(4 * level.side),
-            rows_per_image: Some(level.side),
-        };
-        queue.write_texture(destination, page(level), rows, size(level.side));
-    }
-    let dimension = Some(wgpu::TextureViewDimension::D2Array);
-    texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
+    })
 }

@@ -17,6 +17,7 @@ use crate::{
         facts::Facts,
         frame_list::{FrameList, ImpostorDraw},
         instance::{Instance, ModelId, Prepared},
+        live::Needed,
         look::{Look, Variant},
         quads::{RUN_INDICES, TRIMMED_RUN_INDICES, run_indices},
         records::{FrameRecord, InstanceRecord, Run, bindings},
@@ -91,6 +92,11 @@ impl Layer {
     /// Drops the bind group, because the scale buffer was replaced.
     pub(super) fn forget_bindings(&mut self) {
         self.bindings = None;
+    }
+
+    /// Frames of live impostors that the plants of the prepared frame need.
+    pub(super) fn needed(&self) -> &Needed {
+        &self.list.needed
     }
 
     /// Empties the draw lists.
@@ -173,7 +179,8 @@ impl Layer {
             let Some((impostor, pipeline)) = impostor.zip(pipeline) else { continue };
             pass.set_pipeline(pipeline);
             pass.set_bind_group(bindings::MODEL, &impostor.bindings, &[]);
-            pass.draw(0..SPRITE_CORNERS, draw.instances.clone());
+            pass.set_index_buffer(self.pattern.slice(..), wgpu::IndexFormat::Uint16);
+            pass.draw_indexed(0..SPRITE_INDICES, 0, draw.instances.clone());
         }
         for batch in &self.list.batches {
             let fading = Variant { alpha: true, ..batch.variant };
@@ -231,8 +238,8 @@ fn of_wood(variant: Variant) -> Variant {
     Variant { wind: variant.wind, handover: variant.handover, ..Variant::default() }
 }
 
-/// Corners of the two triangles of a sprite.
-const SPRITE_CORNERS: u32 = 6;
+/// Indices of a sprite: those of the first quad of a run.
+const SPRITE_INDICES: u32 = 6;
 
 fn of_impostor(draw: &ImpostorDraw) -> Part {
     Part::Impostor { is_deep: draw.is_deep }

@@ -20,13 +20,15 @@
 //! slightly wrong under non-uniform scaling.
 
 use super::{
-    bindings::{impostor_layout, layouts, map_layout},
+    bindings::{impostor_layout, layouts, map_layout, sampler},
     buffers::{buffer, grow},
+    device::check_device,
     effect_buffers::EffectBuffers,
-    impostor_buffers::ImpostorBuffers,
+    impostor_buffers::{ImpostorBuffers, check_layers},
     landscape_motion::LandscapeMotion,
     landscape_pass::LandscapePass,
     layer::{Buffers, Layer},
+    live::{self, Live},
     model_buffers::ModelBuffers,
     pipeline::{Target, TargetFormat},
     plant_pass::Part,
@@ -37,9 +39,11 @@ use crate::{
     draw::{
         eye::Eye,
         facts::{Facts, ModelFacts},
-        instance::{Frame, Instance, ModelId, Prepared, ScalesId},
+        instance::{Frame, Instance, LiveCounts, ModelId, Prepared, ScalesId},
+        live::Needed,
         look::{Coloring, Look, Variant},
         packed::Packed,
+        pages::Pages,
         records::bindings,
         upload::Upload,
     },
@@ -47,14 +51,11 @@ use crate::{
     error::check_range,
     extract::Swap,
     model::FoliageModel,
-    software::mean_leaf_color,
+    software::{LiveImpostors, mean_leaf_color},
 };
 use glam::DMat4;
 use range_alloc::RangeAllocator;
 use std::ops::Range;
-
-/// Storage buffers per shader stage that the device must allow.
-const STORAGE_BUFFERS: u32 = 8;
 
 /// Draws instances of foliage models with wgpu, into the caller's render passes.
 ///
@@ -69,6 +70,8 @@ pub struct FoliageRenderer {
     model_layout: wgpu::BindGroupLayout,
     /// Present if the look hands plants over to impostors.
     impostor_layout: Option<wgpu::BindGroupLayout>,
+    /// Present if impostors are made while plants are drawn.
+    live: Option<Live>,
     sampler: wgpu::Sampler,
     facts: Facts,
     models: Buffers,
@@ -87,6 +90,8 @@ pub struct Diagnostics {
     pub model_bytes: [u64; 2],
     /// Total size in bytes of the models' impostors; 0 unless the look hands plants over.
     pub impostor_bytes: u64,
+    /// Number of frames that live impostors have.
+    pub live_frames: u32,
     /// Number of pipelines that draw impostors.
     pub impostor_pipelines: usize,
     /// Variants of the leaf pass that have pipelines.
@@ -113,7 +118,7 @@ impl FoliageRenderer {
     /// 16, `look` has a value outside its range or the shadow map is larger than the device's
     /// largest texture.
     pub fn new(device: &wgpu::Device, target: TargetFormat, look: Look) -> Result<Self> {
-        check_device(device, target)?;
+        check_device(device, target.samples)?;
         look.check()?;
         let layouts = layouts(device, &look.effects);
         let widest = device.limits().max_texture_dimension_2d;
@@ -128,6 +133,7 @@ impl FoliageRenderer {
             landscape: look.landscape().map(|_| LandscapePass::new(device, target, &look, map_layout.as_ref())),
             model_layout: layouts[0].clone(),
             impostor_layout: look.far.map(|_| impostor_layout(device)),
+            live: None,
             picture: Layer::new(device, Target::Picture(target), look, layouts, map),
             shadow,
             motion: None,
@@ -150,6 +156,18 @@ impl FoliageRenderer {
             self.picture.look.landscape().map(|landscape| LandscapeMotion::new(device, target, &landscape));
         self.motion = Some(Layer::new(device, Target::Motion(target), look, layouts(device, &effects), None));
         self
+    }
+
+    /// Makes impostors for the models without one that are added from now on, if the look hands
+    /// plants over: a thread makes the frames of a model when plants first need them, and a plant
+    /// keeps its leaves until those that it needs are there. [`Prepared::live`] counts them. Each
+    /// such model is copied, and its frames are as large as those of a baked impostor.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] for a size out of its range.
+    pub fn with_live_impostors(mut self, live: LiveImpostors) -> Result<Self> {
+        self.live = self.picture.look.far.map(|_| Live::new(live)).transpose()?;
+        Ok(self)
     }
 
     /// Changes the colouring of leaves. The next [`prepare`](Self::prepare) recompiles the leaf
@@ -184,6 +202,7 @@ impl FoliageRenderer {
                 .map(ModelBuffers::bytes)
                 .fold([0; 2], |sum, of| [0, 1].map(|i| sum[i] + of[i])),
             impostor_bytes: self.models.values().map(ModelBuffers::impostor_bytes).sum(),
+            live_frames: self.live_frames()[0],
             impostor_pipelines: [true, false]
                 .map(|is_deep| self.picture.compiled(Part::Impostor { is_deep }).len())
                 .into_iter()
@@ -215,11 +234,21 @@ impl FoliageRenderer {
         let packed = Packed::new(upload);
         let mut buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &packed)?;
         if let (Some(layout), Some(impostor)) = (&self.impostor_layout, &model.impostor) {
-            let center = model.sphere().center();
-            let uploaded = ImpostorBuffers::new(device, queue, layout, impostor, &packed.crown, center)?;
-            buffers.impostor = Some(uploaded);
+            let (framing, center) = (impostor.framing(), model.sphere().center());
+            check_layers(device, &framing)?;
+            let created = ImpostorBuffers::new(device, layout, &framing, &packed.crown, center);
+            created.write(queue, 0, &Pages::new(impostor));
+            buffers.impostor = Some(created);
         }
-        let id = self.facts.insert(facts);
+        let live = self.live.as_mut().filter(|_| model.impostor.is_none());
+        let framing = live.as_ref().map_or(Ok(None), |live| live.framing(device, model))?;
+        let id = self.facts.insert(match &framing {
+            Some(framing) => facts.with_live(framing),
+            None => facts,
+        });
+        if let Some((live, framing)) = live.zip(framing) {
+            live.insert(id, model, framing, packed.crown);
+        }
         self.models.insert(id, buffers);
         Ok(id)
     }
@@ -229,6 +258,7 @@ impl FoliageRenderer {
     /// have the model.
     pub fn remove_model(&mut self, id: ModelId) -> bool {
         self.models.remove(id);
+        self.live.iter_mut().for_each(|live| live.remove(id));
         self.facts.remove(id).is_some()
     }
 
@@ -344,6 +374,7 @@ impl FoliageRenderer {
         casters: &[Instance],
     ) -> Result<Prepared> {
         frame.camera.check()?;
+        let made = self.with_live(device, queue, |live, _, to| live.upload(to))?;
         let mut eye = Eye::new(frame);
         let mut shadow = None;
         if let Some(pass) = &mut self.shadow {
@@ -364,7 +395,52 @@ impl FoliageRenderer {
         }
         let mut prepared = self.picture.prepare(device, queue, &self.facts, &eye, instances, &self.scales)?;
         prepared.effects.shadow = shadow;
+        let pending = self.with_live(device, queue, |live, needed, to| live.ask(to.facts, needed))?;
+        prepared.live = LiveCounts { made, pending, appearing: self.live_frames()[1] };
         Ok(prepared)
+    }
+
+    /// Makes all frames of live impostors that a frame needs, waits for them, and returns how many
+    /// were added: for single pictures, before their [`prepare`](Self::prepare). Does nothing
+    /// unless [`with_live_impostors`](Self::with_live_impostors) has enabled them.
+    ///
+    /// # Errors
+    /// Same as [`prepare`](Self::prepare); errors of making a frame.
+    pub fn warm(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: impl Into<Frame>,
+        instances: &[Instance],
+        casters: &[Instance],
+    ) -> Result<u32> {
+        let (frame, mut made) = (frame.into(), 0);
+        while self.live.is_some() {
+            let LiveCounts { made: added, pending, .. } =
+                self.prepare_with_casters(device, queue, frame, instances, casters)?.live;
+            made += added + self.with_live(device, queue, |live, needed, to| live.finish(needed, to))?;
+            if pending == 0 {
+                break;
+            }
+        }
+        Ok(made)
+    }
+
+    fn live_frames(&self) -> [u32; 2] {
+        self.live.as_ref().map_or([0; 2], |live| live.frames(&self.facts))
+    }
+
+    /// Calls `work` with the live impostors, what the last frame needs, and where frames go.
+    fn with_live(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        work: impl FnOnce(&mut Live, &[&Needed], &mut live::Upload<'_>) -> Result<u32>,
+    ) -> Result<u32> {
+        let Some((live, layout)) = self.live.as_mut().zip(self.impostor_layout.as_ref()) else { return Ok(0) };
+        let needed = self.shadow.iter().map(ShadowPass::needed).chain([self.picture.needed()]).collect::<Vec<_>>();
+        let (facts, models) = (&mut self.facts, &mut self.models);
+        work(live, &needed, &mut live::Upload { device, queue, layout, facts, models })
     }
 
     /// Draws the shadow map, if the look has shadows. Call it before beginning the render pass of
@@ -406,36 +482,4 @@ impl FoliageRenderer {
 /// Creates an [`Error::TooLarge`] about drawn scales.
 fn scales_too_large(what: String, value: u64, limit: u64) -> Error {
     Error::TooLarge { what, value, limit, fix: "draw some plants with scales from the timeline".into() }
-}
-
-fn check_device(device: &wgpu::Device, target: TargetFormat) -> Result<()> {
-    let limits = device.limits();
-    let needs = [
-        ("storage buffers per shader stage", limits.max_storage_buffers_per_shader_stage, STORAGE_BUFFERS),
-        ("bind groups", limits.max_bind_groups, bindings::EFFECTS + 1),
-    ];
-    for (what, has, needed) in needs {
-        if has < needed {
-            let name = device.adapter_info().name;
-            return Err(Error::gpu(format!("the device on {name:?} has {has} {what}; plants need {needed}")));
-        }
-    }
-    if target.samples == 0 || target.samples > 16 {
-        return Err(Error::invalid("target.samples", target.samples, "1 to 16"));
-    }
-    Ok(())
-}
-
-fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
-    let repeat = wgpu::AddressMode::Repeat;
-    device.create_sampler(&wgpu::SamplerDescriptor {
-        label: Some("foliage"),
-        address_mode_u: repeat,
-        address_mode_v: repeat,
-        address_mode_w: repeat,
-        mag_filter: wgpu::FilterMode::Linear,
-        min_filter: wgpu::FilterMode::Linear,
-        mipmap_filter: wgpu::MipmapFilterMode::Linear,
-        ..Default::default()
-    })
 }

@@ -18,6 +18,7 @@ use crate::{
         eye::Eye,
         facts::Facts,
         instance::{Frame, Instance},
+        live::Needed,
         look::Look,
         sun::SunView,
     },
@@ -88,6 +89,11 @@ impl ShadowPass {
         let eye = Eye::of_sun(frame, sun.camera);
         self.layer.prepare(device, queue, models, &eye, &self.casters, scales)?;
         Ok((sun.camera.clip_from_world, count))
+    }
+
+    /// Frames of live impostors that the prepared casters need.
+    pub(super) fn needed(&self) -> &Needed {
+        self.layer.needed()
     }
 
     /// Empties the draw lists, so that nothing casts shadows.

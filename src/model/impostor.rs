@@ -49,6 +49,34 @@ pub struct Impostor {
     pub surface: Vec<u8>,
 }
 
+/// What the frames of an impostor show: all of it but the pages. See [`Impostor`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Framing {
+    pub(crate) lattice: Lattice,
+    pub(crate) frame_px: u32,
+    pub(crate) center: [f32; 3],
+    pub(crate) half_side: f32,
+}
+
+impl Framing {
+    /// Radius of the bounding sphere of what the frames show, in the plant's units.
+    pub(crate) fn radius(&self) -> f32 {
+        self.half_side * (self.frame_px - 2) as f32 / self.frame_px as f32
+    }
+
+    /// Half the side of frames of a plant of this radius.
+    #[cfg(feature = "software")]
+    pub(crate) fn half_side_of(radius: f32, frame_px: u32) -> f32 {
+        radius * frame_px as f32 / (frame_px - 2) as f32
+    }
+
+    /// Size in bytes of both pages on the GPU, with their mip levels.
+    pub(crate) fn gpu_bytes(&self) -> u64 {
+        let sides = std::iter::successors(Some(self.frame_px), |side| (*side > 1).then_some(side / 2));
+        8 * u64::from(self.lattice.frames()) * sides.map(|side| u64::from(side * side)).sum::<u64>()
+    }
+}
+
 impl Lattice {
     /// Fewest frames along a side: the corners of a whole sphere's lattice are one direction.
     pub(crate) fn least(&self) -> u32 {
@@ -119,18 +147,18 @@ impl Impostor {
 
     /// Size in bytes of both pages on the GPU, with their mip levels.
     pub fn gpu_bytes(&self) -> u64 {
-        let sides = std::iter::successors(Some(self.frame_px), |side| (*side > 1).then_some(side / 2));
-        8 * u64::from(self.lattice.frames()) * sides.map(|side| u64::from(side * side)).sum::<u64>()
+        self.framing().gpu_bytes()
     }
 
     /// Radius of the bounding sphere of what the frames show, in the plant's units.
     pub fn radius(&self) -> f32 {
-        self.half_side * (self.frame_px - 2) as f32 / self.frame_px as f32
+        self.framing().radius()
     }
 
-    /// Half the side of frames of a plant of this radius.
-    pub fn half_side_of(radius: f32, frame_px: u32) -> f32 {
-        radius * frame_px as f32 / (frame_px - 2) as f32
+    /// What the frames show.
+    pub(crate) fn framing(&self) -> Framing {
+        let Self { lattice, frame_px, center, half_side, .. } = *self;
+        Framing { lattice, frame_px, center, half_side }
     }
 
     /// Checks sizes, centre and lengths of the pages.

@@ -23,6 +23,7 @@ pub use assemble::Prune;
 pub use copies::{LeafCopy, Turn};
 pub use format::{MAGIC, MAX_FILE_BYTES, ModelFile, Part, VERSION};
 pub use growth::Growth;
+pub(crate) use impostor::Framing;
 pub use impostor::{FRAME_SIDES, FRAMES_ACROSS, Impostor, Lattice};
 pub use precision::Precision;
 pub use timeline::{Timeline, Transition};

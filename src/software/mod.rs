@@ -11,11 +11,16 @@
 //! two busy cores in a development build.
 
 mod bake;
+mod bake_options;
+mod baker;
+mod correction;
 mod fragments;
+mod frame_pages;
 mod image;
 mod landscape;
 mod light;
 mod list;
+mod live;
 mod options;
 mod painter;
 mod project;
@@ -25,10 +30,16 @@ mod sprite;
 mod tile;
 mod toning;
 
-pub use bake::{BakeOptions, bake};
+pub use bake::bake;
+pub use bake_options::BakeOptions;
+#[cfg(feature = "render")]
+pub(crate) use baker::framing;
 pub use fragments::leaf_fragments;
 pub use image::{Image, MAX_IMAGE_SIDE};
 pub use list::{DrawList, Drawn, Part, Placed};
+#[cfg(feature = "render")]
+pub(crate) use live::FrameMaker;
+pub use live::LiveImpostors;
 pub use options::{Background, DrawOptions};
 pub use painter::{Painter, draw_model, draw_plant, mean_color, mean_leaf_color, model_toning};
 pub use renderer::{Drawing, SoftwareRenderer};

@@ -1,8 +1,10 @@
 //! CPU counterpart of the GPU renderer: draws a picture from the same camera, look and instances.
 
 use super::{
+    frame_pages::FramePages,
     image::Image,
     list::{DrawList, Drawn, Placed, is_sound},
+    live::{LiveFrames, LiveImpostors},
     options::{Background, DrawOptions},
     painter::{Painter, mean_leaf_color},
     sprite::PlacedImpostor,
@@ -17,7 +19,7 @@ use crate::{
         pages::Pages,
     },
     effects::{Counts, FadeBy, wind::Shape},
-    model::{FoliageModel, Impostor, Timeline, Transition},
+    model::{FoliageModel, Framing, Timeline, Transition},
 };
 use glam::Vec3;
 use slotmap::SlotMap;
@@ -34,6 +36,7 @@ pub struct SoftwareRenderer<'a> {
     look: Look,
     models: SlotMap<ModelId, Model<'a>>,
     painter: Painter<'a>,
+    live: Option<LiveImpostors>,
 }
 
 /// A picture and its draw statistics.
@@ -53,15 +56,20 @@ struct Model<'a> {
     mean: [f32; 3],
     /// Index of its first material in the painter.
     first_material: u32,
-    /// Its impostor, if the look hands plants over and it has one.
+    /// Its impostor, if the look hands plants over and it has one or gets one while drawing.
     far: Option<FarModel<'a>>,
 }
 
 struct FarModel<'a> {
-    impostor: &'a Impostor,
-    pages: Pages,
+    framing: Framing,
+    frames: Frames<'a>,
     /// Bounding box of all leaves.
     crown: Aabb,
+}
+
+enum Frames<'a> {
+    Baked(Pages),
+    Live(Box<LiveFrames<'a>>),
 }
 
 impl<'a> SoftwareRenderer<'a> {
@@ -75,7 +83,18 @@ impl<'a> SoftwareRenderer<'a> {
         if look.coloring != Coloring::Picture {
             return Err(Error::invalid("look.coloring", format!("{:?}", look.coloring), "Picture on the CPU"));
         }
-        Ok(Self { look, models: SlotMap::default(), painter: Painter::new(&[], &[])? })
+        Ok(Self { look, models: SlotMap::default(), painter: Painter::new(&[], &[])?, live: None })
+    }
+
+    /// Makes impostors for the models without one that are added from now on, if the look hands
+    /// plants over: each picture first makes all frames that it needs and that are missing.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] for a size out of its range.
+    pub fn with_live_impostors(mut self, live: LiveImpostors) -> Result<Self> {
+        live.check()?;
+        self.live = Some(live);
+        Ok(self)
     }
 
     /// Adds a model and decodes its textures.
@@ -91,12 +110,19 @@ impl<'a> SoftwareRenderer<'a> {
         };
         let first_material = self.painter.add(&model.materials, &model.textures)?;
         let (timeline, shape) = (Timeline::new(model), Shape::new(&model.aabb()));
-        let far = self.look.far.and(model.impostor.as_ref()).map(|impostor| FarModel {
-            impostor,
-            pages: Pages::new(impostor),
-            crown: Aabb::of_points(model.vertices.iter().map(|vertex| vertex.position)),
-        });
+        let far = self.look.far.map_or(Ok(None), |_| self.far(model))?;
         Ok(self.models.insert(Model { model, timeline, shape, mean, first_material, far }))
+    }
+
+    fn far(&self, model: &'a FoliageModel) -> Result<Option<FarModel<'a>>> {
+        let crown = Aabb::of_points(model.vertices.iter().map(|vertex| vertex.position));
+        if let Some(impostor) = &model.impostor {
+            let frames = Frames::Baked(Pages::new(impostor));
+            return Ok(Some(FarModel { framing: impostor.framing(), frames, crown }));
+        }
+        let Some(live) = self.live.filter(|_| model.sphere().radius > 0.0) else { return Ok(None) };
+        let frames = LiveFrames::new(model, &live.bake)?;
+        Ok(Some(FarModel { framing: *frames.framing(), frames: Frames::Live(Box::new(frames)), crown }))
     }
 
     /// Draws a frame; `size` is its width and height in pixels. Instances of unknown models are
@@ -137,6 +163,7 @@ impl<'a> SoftwareRenderer<'a> {
             known.iter().filter(|(.., share)| *share < 1.0).map(|&(model, instance, _)| (model, instance)).collect();
         check_triangles(&near)?;
         let mut prepared = Prepared { draws: 1, effects: Counts::of(effects), ..Prepared::default() };
+        prepared.live.made = self.make_frames(&known, &camera)?;
         let lists = self.lists(&near, &mut prepared);
         let moment = effects.wind.map(|wind| wind.at(frame.seconds));
         let sway = |model: &Model<'_>, instance: &Instance| {
@@ -152,11 +179,15 @@ impl<'a> SoftwareRenderer<'a> {
         let with_impostors = known.iter().filter(|(.., share)| *share > 0.0);
         let impostors: Vec<PlacedImpostor<'_>> = with_impostors
             .filter_map(|&(model, instance, share)| {
-                let FarModel { impostor, pages, crown } = model.far.as_ref()?;
+                let FarModel { framing, frames, crown } = model.far.as_ref()?;
+                let pages = match frames {
+                    Frames::Baked(pages) => FramePages::Whole(pages),
+                    Frames::Live(live) => FramePages::Each(&live.frames),
+                };
                 let sway = sway(model, instance);
                 let world_from_plant = instance.world_from_plant;
                 let seed = instance.seed;
-                Some(PlacedImpostor { impostor, pages, crown: *crown, world_from_plant, sway, share, seed })
+                Some(PlacedImpostor { framing: *framing, pages, crown: *crown, world_from_plant, sway, share, seed })
             })
             .filter(|placed| is_sound(&placed.world_from_plant))
             .collect();
@@ -168,12 +199,34 @@ impl<'a> SoftwareRenderer<'a> {
         prepared.wood_triangles = near.iter().map(|(model, _)| model.model.wood.triangles() as u64).sum();
         let sound = known.iter().filter(|(_, instance, _)| is_sound(&instance.world_from_plant));
         prepared.instances = sound.clone().count() as u32;
-        sound.for_each(|&(.., share)| prepared.far.add(share));
+        sound.for_each(|&(model, plant, share)| prepared.far.add(share, model.diameter_px(plant, &camera)));
         prepared.skipped = instances.len() as u32 - prepared.instances;
         prepared.effects.shadow.iter_mut().for_each(|count| count.skipped = instances.len() as u64);
         let options = DrawOptions { lighting: look.lighting(), background, ..DrawOptions::default() };
         let image = self.painter.draw_all(&placed, &impostors, &camera, size, &options)?;
         Ok(Drawing { image, prepared })
+    }
+
+    /// Makes the frames of live impostors that plants need, and returns how many were missing.
+    fn make_frames(&self, plants: &[(&Model<'a>, &Instance, f32)], camera: &Camera) -> Result<u32> {
+        let mut needed: HashMap<ModelId, Vec<u32>> = HashMap::new();
+        for (model, instance, share) in plants {
+            let Some(FarModel { framing, frames: Frames::Live(_), .. }) = &model.far else { continue };
+            if *share > 0.0 && is_sound(&instance.world_from_plant) {
+                let eye = instance.world_from_plant.inverse().transform_point3(camera.eye);
+                let from_center = eye - Vec3::from(framing.center).as_dvec3();
+                let around = framing.lattice.around(from_center.as_vec3());
+                let shown = around.iter().filter(|(_, weight)| *weight > 0.0);
+                needed.entry(instance.model).or_default().extend(shown.map(|(frame, _)| frame));
+            }
+        }
+        let mut made = 0;
+        for (id, frames) in needed {
+            if let Some(FarModel { frames: Frames::Live(live), .. }) = &self.models[id].far {
+                made += live.make(frames.into_iter())?;
+            }
+        }
+        Ok(made)
     }
 
     /// Tone of an instance's leaves: by their scales if the model asks for it, otherwise by the
@@ -212,11 +265,16 @@ impl<'a> SoftwareRenderer<'a> {
 impl Model<'_> {
     /// Share of an instance's samples that its impostor takes.
     fn share(&self, look: &Look, instance: &Instance, camera: &Camera) -> f32 {
-        let Some((far, model)) = look.far.zip(self.far.as_ref()) else { return 0.0 };
+        look.far.map_or(0.0, |far| far.share_of(self.diameter_px(instance, camera), instance.seed, instance.far))
+    }
+
+    /// Diameter in pixels of what an instance's impostor shows; infinite without an impostor.
+    fn diameter_px(&self, instance: &Instance, camera: &Camera) -> f32 {
+        let Some(model) = &self.far else { return f32::INFINITY };
         let to_world = &instance.world_from_plant;
-        let center = to_world.transform_point3(Vec3::from(model.impostor.center).as_dvec3());
-        let radius = f64::from(model.impostor.radius()) * largest_scale(to_world);
-        far.share_of(camera.diameter_px(center, radius), instance.seed, instance.far)
+        let center = to_world.transform_point3(Vec3::from(model.framing.center).as_dvec3());
+        let radius = f64::from(model.framing.radius()) * largest_scale(to_world);
+        camera.diameter_px(center, radius)
     }
 }
 

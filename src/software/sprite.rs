@@ -1,7 +1,7 @@
 //! Impostors on the CPU: where a sprite lies on the screen, and what one of its pixels shows. Twin
 //! of `impostor_pass.wgsl`.
 
-use super::light::Light;
+use super::{frame_pages::FramePages, light::Light};
 use crate::{
     Camera, Depth,
     bounds::{Aabb, largest_scale},
@@ -9,20 +9,20 @@ use crate::{
         handover::{covered_samples, far_samples},
         light::Lighting,
         mips::SrgbTable,
-        pages::Pages,
+        pages::{PageLevel, Pages},
         sprite::{DEEP_FROM_PX, DEPTH_STEPS, LEAST_APPROACH, LEAST_PX, MOST_PULL, SHARPER_LEVELS},
     },
     effects::wind::Sway,
     hash::hash,
-    model::{Impostor, Lattice},
+    model::{Framing, Lattice},
 };
 use glam::{DAffine3, DMat4, DVec2, DVec3, DVec4, Vec2, Vec3};
 
 /// An impostor in the place of one plant.
 #[derive(Clone, Copy)]
 pub(super) struct PlacedImpostor<'a> {
-    pub(super) impostor: &'a Impostor,
-    pub(super) pages: &'a Pages,
+    pub(super) framing: Framing,
+    pub(super) pages: FramePages<'a>,
     /// Bounding box of all leaves.
     pub(super) crown: Aabb,
     pub(super) world_from_plant: DAffine3,
@@ -35,8 +35,7 @@ pub(super) struct PlacedImpostor<'a> {
 
 /// A sprite on the screen.
 pub(super) struct Sprite<'a> {
-    pages: &'a Pages,
-    frames: [Frame; 3],
+    frames: [Frame<'a>; 3],
     half_side: f32,
     /// Centre of the pictures, in the plant's space.
     center: DVec3,
@@ -68,8 +67,9 @@ pub(super) struct Sprite<'a> {
 
 /// One of the frames that are blended.
 #[derive(Clone, Copy)]
-struct Frame {
-    layer: u32,
+struct Frame<'a> {
+    /// Pages that have it, and its number among theirs.
+    pages: Option<(&'a Pages, u32)>,
     weight: f32,
     towards: Vec3,
     axes: [Vec3; 2],
@@ -95,7 +95,8 @@ pub(super) struct Seen {
 struct Texel {
     /// Linear colour, and coverage.
     color: [f32; 4],
-    /// Mean normal to the right and up, depth, and code; see [`Impostor::surface`].
+    /// Mean normal to the right and up, depth, and code; see
+    /// [`Impostor::surface`](crate::model::Impostor::surface).
     surface: [f32; 4],
 }
 
@@ -107,14 +108,14 @@ impl<'a> Sprite<'a> {
         size: [u32; 2],
         lighting: &Lighting,
     ) -> Option<Self> {
-        let PlacedImpostor { impostor, pages, crown, world_from_plant, sway, share, seed } = *placed;
+        let PlacedImpostor { framing, pages, crown, world_from_plant, sway, share, seed } = *placed;
         let plant_from_world = world_from_plant.inverse();
-        let center = Vec3::from(impostor.center).as_dvec3();
+        let center = Vec3::from(framing.center).as_dvec3();
         let eye = (plant_from_world.transform_point3(camera.eye) - center).as_vec3();
         let towards_eye = eye.try_normalize()?;
         let axes = Lattice::axes(towards_eye);
         let clip_from_plant = camera.clip_from_world * world_from_plant;
-        let radius = impostor.radius();
+        let radius = framing.radius();
         let own_px = camera.diameter_px(
             world_from_plant.transform_point3(center),
             f64::from(radius) * largest_scale(&world_from_plant),
@@ -122,15 +123,14 @@ impl<'a> Sprite<'a> {
         let enlarged = (LEAST_PX / own_px).max(1.0);
         let diameter_px = own_px.max(LEAST_PX);
         let size = DVec2::new(f64::from(size[0]), f64::from(size[1]));
-        let frames = impostor.lattice.around(eye).map(|(layer, weight)| {
-            let towards = impostor.lattice.direction(layer);
-            Frame { layer, weight, towards, axes: Lattice::axes(towards) }
+        let frames = framing.lattice.around(eye).map(|(frame, weight)| {
+            let towards = framing.lattice.direction(frame);
+            Frame { pages: pages.of(frame), weight, towards, axes: Lattice::axes(towards) }
         });
         let light = Light::new(&crown, plant_from_world.transform_point3(camera.eye), lighting);
         let mut sprite = Self {
-            pages,
             frames,
-            half_side: impostor.half_side,
+            half_side: framing.half_side,
             center,
             eye,
             towards_eye,
@@ -138,7 +138,7 @@ impl<'a> Sprite<'a> {
             radius,
             diameter_px,
             enlarged,
-            level: (((impostor.frame_px - 2) as f32 / diameter_px).log2() - SHARPER_LEVELS).max(0.0),
+            level: (((framing.frame_px - 2) as f32 / diameter_px).log2() - SHARPER_LEVELS).max(0.0),
             is_deep: diameter_px >= DEEP_FROM_PX,
             share,
             seed: if share >= 1.0 { seed << 2 } else { 0 },
@@ -219,7 +219,7 @@ impl<'a> Sprite<'a> {
 
     /// The frames to blend, and the mip level: where the sprite is flat, one frame for each cell of
     /// about a pixel, as often as it weighs, on one level.
-    fn mixed(&self, draw: f32) -> ([Frame; 3], f32) {
+    fn mixed(&self, draw: f32) -> ([Frame<'a>; 3], f32) {
         if self.is_deep {
             return (self.frames, self.level);
         }
@@ -238,56 +238,31 @@ impl<'a> Sprite<'a> {
 
     /// What a frame's picture shows on a ray, and its place. The picture is looked up where the ray
     /// meets the plane through the centre or, if the sprite is deep, the picture's depth.
-    fn through(&self, frame: &Frame, origin: Vec3, ray: Vec3, level: f32, srgb: &SrgbTable) -> Option<(Texel, Vec3)> {
+    fn through(
+        &self,
+        frame: &Frame<'_>,
+        origin: Vec3,
+        ray: Vec3,
+        level: f32,
+        srgb: &SrgbTable,
+    ) -> Option<(Texel, Vec3)> {
+        let pages = frame.pages?;
         let approach = ray.dot(frame.towards).min(-LEAST_APPROACH);
         let before = origin.dot(frame.towards);
         let place = |height: f32| origin + ray * ((height - before) / approach);
         let uv = |at: Vec3| Vec2::new(at.dot(frame.axes[0]), -at.dot(frame.axes[1])) / self.half_side * 0.5 + 0.5;
-        let mut at = place(0.0);
-        let steps = if self.is_deep { DEPTH_STEPS } else { 0 };
-        for _ in 0..steps {
-            let depth = self.texel(frame.layer, uv(at), level, srgb).surface[2];
-            at = place((2.0 * depth - 1.0) * self.half_side);
+        let placed = |surface: [f32; 4]| place((2.0 * surface[2] - 1.0) * self.half_side);
+        // The last step's surface is the one that is shown: a pixel's fraction from the place.
+        let (mut at, mut stepped) = (place(0.0), None);
+        for _ in 0..if self.is_deep { DEPTH_STEPS } else { 0 } {
+            let surface = texel(pages, uv(at), level, srgb).surface;
+            (at, stepped) = (placed(surface), Some(surface));
         }
         let uv = uv(at);
         let is_inside = uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all();
-        let texel = is_inside.then(|| self.texel(frame.layer, uv, level, srgb))?;
-        Some((texel, place((2.0 * texel.surface[2] - 1.0) * self.half_side)))
-    }
-
-    /// Texel of both pages, filtered bilinearly on two levels.
-    fn texel(&self, layer: u32, uv: Vec2, level: f32, srgb: &SrgbTable) -> Texel {
-        let last = self.pages.levels.len() - 1;
-        let level = level.min(last as f32);
-        let (first, part) = (level as usize, level.fract());
-        let fine = self.on_level(first, layer, uv, srgb);
-        if part == 0.0 {
-            return fine;
-        }
-        let coarse = self.on_level((first + 1).min(last), layer, uv, srgb);
-        let mix = |a: [f32; 4], b: [f32; 4]| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * part);
-        Texel { color: mix(fine.color, coarse.color), surface: mix(fine.surface, coarse.surface) }
-    }
-
-    fn on_level(&self, level: usize, layer: u32, uv: Vec2, srgb: &SrgbTable) -> Texel {
-        let level = &self.pages.levels[level];
-        let side = level.side;
-        let at = uv.clamp(Vec2::ZERO, Vec2::ONE) * side as f32 - 0.5;
-        let first = at.floor();
-        let part = at - first;
-        let mut sum = Texel::default();
-        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let near = |at: f32, by: i32| (at as i32 + by).clamp(0, side as i32 - 1) as u32;
-            let index = 4 * ((layer * side + near(first.y, dy)) * side + near(first.x, dx)) as usize;
-            let share = |part: f32, by: i32| if by == 1 { part } else { 1.0 - part };
-            let weight = share(part.x, dx) * share(part.y, dy);
-            let [color, surface] = [&level.color, &level.surface].map(|page| &page[index..index + 4]);
-            let rgb = srgb.color([color[0], color[1], color[2]]) * weight;
-            (0..3).for_each(|i| sum.color[i] += rgb[i]);
-            sum.color[3] += f32::from(color[3]) / 255.0 * weight;
-            (0..4).for_each(|i| sum.surface[i] += f32::from(surface[i]) / 255.0 * weight);
-        }
-        sum
+        let shown = is_inside.then(|| texel(pages, uv, level, srgb))?;
+        let surface = stepped.unwrap_or(shown.surface);
+        Some((Texel { surface, ..shown }, placed(surface)))
     }
 
     /// Point relative to the centre where the ray through a point of the picture meets the plane
@@ -326,4 +301,38 @@ impl<'a> Sprite<'a> {
         };
         is_between.then_some(nearness as f32)
     }
+}
+
+/// Texel of both pages, filtered bilinearly on two levels.
+fn texel((pages, frame): (&Pages, u32), uv: Vec2, level: f32, srgb: &SrgbTable) -> Texel {
+    let last = pages.levels.len() - 1;
+    let level = level.min(last as f32);
+    let (first, part) = (level as usize, level.fract());
+    let fine = on_level(&pages.levels[first], frame, uv, srgb);
+    if part == 0.0 {
+        return fine;
+    }
+    let coarse = on_level(&pages.levels[(first + 1).min(last)], frame, uv, srgb);
+    let mix = |a: [f32; 4], b: [f32; 4]| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * part);
+    Texel { color: mix(fine.color, coarse.color), surface: mix(fine.surface, coarse.surface) }
+}
+
+fn on_level(level: &PageLevel, frame: u32, uv: Vec2, srgb: &SrgbTable) -> Texel {
+    let side = level.side;
+    let at = uv.clamp(Vec2::ZERO, Vec2::ONE) * side as f32 - 0.5;
+    let first = at.floor();
+    let part = at - first;
+    let mut sum = Texel::default();
+    for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let near = |at: f32, by: i32| (at as i32 + by).clamp(0, side as i32 - 1) as u32;
+        let index = 4 * ((frame * side + near(first.y, dy)) * side + near(first.x, dx)) as usize;
+        let share = |part: f32, by: i32| if by == 1 { part } else { 1.0 - part };
+        let weight = share(part.x, dx) * share(part.y, dy);
+        let [color, surface] = [&level.color, &level.surface].map(|page| &page[index..index + 4]);
+        let rgb = srgb.color([color[0], color[1], color[2]]) * weight;
+        (0..3).for_each(|i| sum.color[i] += rgb[i]);
+        sum.color[3] += f32::from(color[3]) / 255.0 * weight;
+        (0..4).for_each(|i| sum.surface[i] += f32::from(surface[i]) / 255.0 * weight);
+    }
+    sum
 }

@@ -295,7 +295,8 @@ pub struct Render {
     /// Random seed that selects the leaves kept in a stochastic picture.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Draw the model's impostor where the tree has at most this diameter in pixels.
+    /// Draw the model's impostor, or one made for the picture, where the tree has at most this
+    /// diameter in pixels.
     #[arg(long, value_name = "PX")]
     pub far: Option<f32>,
     /// Rule for enlarging the leaves of a stochastic picture.

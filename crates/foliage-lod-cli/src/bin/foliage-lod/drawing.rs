@@ -10,7 +10,7 @@ use foliage_lod::{
     FoliageRenderer, Frame, Instance, Result,
     draw::{ModelId, Prepared},
     gpu::{GpuDevice, Offscreen, TARGET, guarded},
-    software::{Drawing as Software, Image, SoftwareRenderer},
+    software::{Drawing as Software, Image, LiveImpostors, SoftwareRenderer},
 };
 
 /// A picture with its statistics.
@@ -19,9 +19,14 @@ pub struct Drawing {
     pub image: Image,
     /// Draw statistics.
     pub prepared: Prepared,
+    /// Number of frames of impostors that were made for the picture.
+    pub frames_made: u32,
     /// Name of the GPU adapter; `None` on the CPU.
     pub adapter: Option<String>,
 }
+
+/// Impostors of models without one: only the frames that the picture shows.
+const LIVE: LiveImpostors = LiveImpostors { ahead: false, ..LiveImpostors::DEFAULT };
 
 impl Drawing {
     /// Name of the processor, for step lines.
@@ -55,24 +60,25 @@ fn on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawi
 fn draw_on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     let target = Offscreen::new(&gpu, size)?;
     let (device, queue) = (gpu.device(), gpu.queue());
-    let mut foliage = FoliageRenderer::new(device, TARGET, staging.look)?;
+    let mut foliage = FoliageRenderer::new(device, TARGET, staging.look)?.with_live_impostors(LIVE)?;
     let added = staging.models.iter().map(|model| foliage.add_model(device, queue, model));
     let ids = added.collect::<Result<Vec<_>>>()?;
     let [seen, casters] = [&staging.plants, &staging.casters].map(|plants| instances(&ids, plants));
+    let frames_made = foliage.warm(device, queue, frame(staging), &seen, &casters)?;
     let prepared = foliage.prepare_with_casters(device, queue, frame(staging), &seen, &casters)?;
     let image = target.picture(&foliage)?;
-    Ok(Drawing { image, prepared, adapter: Some(gpu.adapter_name()) })
+    Ok(Drawing { image, prepared, frames_made, adapter: Some(gpu.adapter_name()) })
 }
 
 fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
-    let mut foliage = SoftwareRenderer::new(staging.look)?;
+    let mut foliage = SoftwareRenderer::new(staging.look)?.with_live_impostors(LIVE)?;
     let added = staging.models.iter().map(|model| foliage.add_model(model));
     let ids = added.collect::<Result<Vec<_>>>()?;
     let Software { image, prepared } = foliage.draw(frame(staging), &instances(&ids, &staging.plants), size)?;
     if staging.look.effects.shadow.is_some() {
         complain("warning: the picture has no shadows: the CPU does not draw them; use --raster gpu");
     }
-    Ok(Drawing { image, prepared, adapter: None })
+    Ok(Drawing { image, frames_made: prepared.live.made, prepared, adapter: None })
 }
 
 fn frame(staging: &Staging<'_>) -> Frame {

@@ -40,11 +40,6 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     }
     let model = models::read(&args.model)?;
     let planting = planting(args, &model)?;
-    if args.far.is_some() && model.impostor.is_none() {
-        let fix =
-            format!("left out, since the model has none; make one: foliage-lod bake {0} -o {0}", args.model.display());
-        return Err(Error::invalid("--far", "given", fix).into());
-    }
     let far = args.far.map(|at_px| Far { at_px, ..Far::default() });
     far.map_or(Ok(()), |far| far.check())?;
     let look = Look { effects: effects(args), tone: args.tone == args::Switch::On, far, ..Look::default() };
@@ -90,10 +85,15 @@ fn finish(
         drawing.place()
     );
     steps.done("draw", result)?;
-    let FarCounts { leaves, both, impostors } = drawing.prepared.far;
+    let FarCounts { leaves, both, impostors, faded } = drawing.prepared.far;
     if staging.look.far.is_some() && !args.json {
-        let [leaves, both, impostors] = [leaves, both, impostors].map(|count| HumanCount(count.into()));
-        output::line(format_args!("far       {leaves} trees by leaves, {both} by both, {impostors} by impostors"))?;
+        let [leaves, both, impostors, faded] = [leaves, both, impostors, faded].map(|count| HumanCount(count.into()));
+        output::line(format_args!(
+            "far       {leaves} trees by leaves, {both} by both, {impostors} by impostors, {faded} faded"
+        ))?;
+    }
+    if drawing.frames_made > 0 && !args.json {
+        output::line(format_args!("live      {} frames of impostors made", HumanCount(drawing.frames_made.into())))?;
     }
     for (name, count) in drawing.prepared.effects.named() {
         let (simulated, skipped) = (HumanCount(count.simulated), HumanCount(count.skipped));
@@ -113,6 +113,7 @@ fn finish(
             "instances": staging.plants.len(),
             "draws": drawing.prepared.draws,
             "plants_by": far_json(&drawing.prepared.far),
+            "impostor_frames_made": drawing.frames_made,
             "effects": effects,
             "adapter": drawing.adapter,
             "seconds": steps.total_seconds(),
@@ -123,7 +124,7 @@ fn finish(
 
 /// Numbers of plants by what they are drawn with.
 fn far_json(far: &FarCounts) -> Value {
-    json!({ "leaves": far.leaves, "both": far.both, "impostor": far.impostors })
+    json!({ "leaves": far.leaves, "both": far.both, "impostor": far.impostors, "faded": far.faded })
 }
 
 fn check_numbers(args: &args::Render) -> Result<()> {

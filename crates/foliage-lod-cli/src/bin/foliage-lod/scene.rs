@@ -96,11 +96,7 @@ impl Opened {
         }
         let mut models = Vec::new();
         for source in &scene.models {
-            let mut model = load(source, folder)?;
-            if scene.far.is_some() && model.impostor.is_none() {
-                model.impostor = Some(baking::bake(&model, &BakeOptions::default())?);
-                steps.done("bake", format!("{}: {}", source.name, baking::summary(&model)))?;
-            }
+            let model = load(source, folder)?;
             let (leaves, wood) = (HumanCount(model.leaves.len() as u64), HumanCount(model.wood.triangles() as u64));
             steps.done("model", format!("{}: {leaves} leaves, {wood} wood triangles", source.name))?;
             models.push(model);
@@ -178,6 +174,20 @@ impl Opened {
                 ));
             }
             self.fill_grove()?;
+        }
+        Ok(())
+    }
+
+    /// Bakes the impostors that the scene asks for and that its models have not: renderers would
+    /// make them while they draw.
+    ///
+    /// # Errors
+    /// As [`baking::bake`].
+    pub fn bake(&mut self, steps: &mut Steps) -> std::result::Result<(), crate::failure::Failure> {
+        let models = self.models.iter_mut().filter(|model| model.impostor.is_none());
+        for model in models.filter(|_| self.file.far.is_some()) {
+            model.impostor = Some(baking::bake(model, &BakeOptions::default())?);
+            steps.done("bake", format!("{}: {}", model.name, baking::summary(model)))?;
         }
         Ok(())
     }

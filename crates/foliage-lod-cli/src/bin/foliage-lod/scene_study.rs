@@ -33,6 +33,7 @@ pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<
         return Err(Error::Gpu { reason, fix }.into());
     };
     let mut opened = Opened::open(path, None, steps)?;
+    opened.bake(steps)?;
     let shots: Vec<Shot> =
         (0..SHOTS).map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN)).collect::<Result<_, Error>>()?;
     let cases = cases(&opened.look());

@@ -7,6 +7,7 @@ use foliage_lod::{
     effects::Effects,
     extract::Far,
     gpu::{GpuDevice, TargetFormat},
+    software::LiveImpostors,
 };
 use foliage_lod_cli::window::{self, Stage, egui};
 use glam::DVec3;
@@ -129,7 +130,8 @@ fn renderer(
     opened: &Opened,
     look: Look,
 ) -> Result<(FoliageRenderer, Vec<ModelId>)> {
-    let mut foliage = FoliageRenderer::new(gpu.device(), target, look)?;
+    let foliage = FoliageRenderer::new(gpu.device(), target, look)?;
+    let mut foliage = foliage.with_live_impostors(LiveImpostors::default())?;
     let added = opened.models.iter().map(|model| foliage.add_model(gpu.device(), gpu.queue(), model));
     let ids = added.collect::<Result<_>>()?;
     Ok((foliage, ids))
@@ -162,13 +164,14 @@ impl Stage for Viewer {
             self.moved = None;
         }
         ui.separator();
-        let Prepared { leaves, wood_triangles, draws, effects, far, .. } = self.prepared;
+        let Prepared { leaves, wood_triangles, draws, effects, far, live, .. } = self.prepared;
         ui.label(format!("{} leaves drawn", HumanCount(leaves)));
         ui.label(format!("{} wood triangles", HumanCount(wood_triangles)));
         ui.label(format!("{draws} draw calls"));
         if self.far.is_some() {
-            let FarCounts { leaves, both, impostors } = far;
-            ui.label(format!("trees by leaves {leaves}, by both {both}, by impostors {impostors}"));
+            let FarCounts { leaves, both, impostors, faded } = far;
+            ui.label(format!("trees by leaves {leaves}, by both {both}, by impostors {impostors}, faded {faded}"));
+            ui.label(format!("frames of impostors: {} made now, {} waited for", live.made, live.pending));
         }
         for (name, count) in effects.named() {
             ui.label(format!(
@@ -180,7 +183,7 @@ impl Stage for Viewer {
         ui.label(format!("frame {:.1} ms", self.frame_ms));
         ui.separator();
         ui.small("Drag to orbit, scroll to zoom.");
-        if self.is_playing {
+        if self.is_playing || live.pending + live.appearing > 0 {
             ui.ctx().request_repaint();
         }
     }
