@@ -35,14 +35,14 @@ impl WoodOrder {
         let collapsed = collapse_all(wood, &mesh, &order, &widths, &ends);
         order.parents = (0..wood.vertices.len() as u32).collect();
         order.thresholds = vec![f32::INFINITY; wood.vertices.len()];
-        let owners = owners(&mesh, &order.triangle_stems);
+        let users = users(&mesh, &order.triangle_stems);
         let mut slides = Slides { mesh: &mesh, owned: vec![Vec::new(); mesh.points.len()], depths: Vec::new(), order };
         slides.depths = vec![0; wood.vertices.len()];
         for (stem, of_stem) in collapsed.iter().enumerate() {
-            slides.add(of_stem, &owners, stem as u32, ends[stem]);
+            slides.add(of_stem, &users, stem as u32, ends[stem]);
         }
         let mut order = slides.order;
-        order.balance(wood, &widths);
+        order.balance(wood, &widths, &ends);
         order
     }
 }
@@ -72,23 +72,25 @@ fn linked(cut: &Cut, parents: &[Option<u32>]) -> WoodOrder {
     WoodOrder { stems, triangle_stems, ..WoodOrder::default() }
 }
 
-/// The first stem at each point.
-fn owners(mesh: &Mesh, triangle_stems: &[u32]) -> Vec<u32> {
-    let mut owners = vec![u32::MAX; mesh.points.len()];
+/// The first and the last stem at each point.
+fn users(mesh: &Mesh, triangle_stems: &[u32]) -> Vec<[u32; 2]> {
+    let mut users = vec![[u32::MAX, 0]; mesh.points.len()];
     for (corners, &stem) in mesh.triangles.iter().zip(triangle_stems) {
-        corners.iter().for_each(|&point| owners[point as usize] = owners[point as usize].min(stem));
+        for &point in corners {
+            let [first, last] = users[point as usize];
+            users[point as usize] = [first.min(stem), last.max(stem)];
+        }
     }
-    owners
+    users
 }
 
 /// Collapses each stem by itself.
 fn collapse_all(wood: &Wood, mesh: &Mesh, order: &WoodOrder, widths: &[f32], ends: &[f32]) -> Vec<Collapsed> {
-    let owners = owners(mesh, &order.triangle_stems);
+    let users = users(mesh, &order.triangle_stems);
     let triangles = Lists::new(order.stems.len(), order.triangle_stems.iter().copied().zip(0..));
     let measured = stems(wood, order);
     let of_stem = |stem: usize| {
-        let owned = |point: u32| owners[point as usize] == stem as u32;
-        let patch = Patch::new(wood, mesh, triangles.of(stem as u32), owned);
+        let patch = Patch::new(wood, mesh, triangles.of(stem as u32), stem as u32, &users);
         collapse(patch, widths[stem], &measured[stem], ends[stem])
     };
     (0..order.stems.len()).into_par_iter().map(of_stem).collect()
@@ -106,7 +108,7 @@ struct Slides<'a> {
 
 impl Slides<'_> {
     /// Adds a stem that goes at `end`. Stems whose points it shares come first.
-    fn add(&mut self, of_stem: &Collapsed, owners: &[u32], stem: u32, end: f32) {
+    fn add(&mut self, of_stem: &Collapsed, users: &[[u32; 2]], stem: u32, end: f32) {
         of_stem.left.iter().filter(|left| left.is_locked).for_each(|left| self.follow(left.vertex));
         if end < f32::INFINITY {
             // It shrinks to a point that stays with the stem that it grows on, if it shares one.
@@ -121,7 +123,7 @@ impl Slides<'_> {
         let vertices = of_stem.left.iter().map(|left| left.vertex).chain(of_stem.slides.iter().map(|slide| slide.0));
         for vertex in vertices {
             let point = self.mesh.of_vertex[vertex as usize] as usize;
-            if owners[point] == stem {
+            if users[point][0] == stem {
                 self.owned[point].push(vertex);
             }
         }

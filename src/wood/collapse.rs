@@ -1,9 +1,9 @@
 //! Collapses the vertices of one stem, the least harmful first.
 //!
-//! A collapse that moves wood by a distance d counts with d, up to [`FLAT`] times the stem's width:
-//! wood that is clearly thinner than the error covers little of its pixels, whichever they are.
-//! What a collapse adds where no wood was counts in full. Once all of it may be moved onto the
-//! straight line from foot to tip, a stem becomes a cone, and when it is thin, one triangle.
+//! A collapse that moves wood by a distance d counts with d, however thin the stem is: else curved
+//! branches turn into straight ones that the twigs on them hang beside. Once all of it may be moved
+//! onto the straight line from foot to tip, a stem becomes a cone, and when it is thin, one
+//! triangle.
 
 use super::{
     measure::{Stem, from_segment},
@@ -103,9 +103,10 @@ pub(super) fn collapse(mut patch: Patch<'_>, width: f32, stem: &Stem, end: f32) 
     Collapsed { left: left.collect(), ..collapsed }
 }
 
-/// Error at which the stem may be a straight cone; infinite if it has no ring at its foot.
+/// Error at which the stem may be a straight cone; infinite if it has no ring at its foot, or if
+/// stems begin at its rings.
 fn straight(patch: &Patch<'_>, width: f32, stem: &Stem) -> f32 {
-    if stem.radius[0] <= 0.0 {
+    if stem.radius[0] <= 0.0 || patch.bears() {
         return f32::INFINITY;
     }
     let along = stem.tip - stem.foot;
@@ -115,12 +116,7 @@ fn straight(patch: &Patch<'_>, width: f32, stem: &Stem) -> f32 {
         (from_segment(position, stem.foot, stem.tip) - stem.radius[0] * (1.0 - share)).abs()
     };
     let distance = (0..patch.points()).map(beside).fold(0.0, f32::max);
-    shortened(moved(distance, width).max(LEAST * width).max(f32::MIN_POSITIVE))
-}
-
-/// Error of wood that was moved so far: whatever is clearly thinner than the error may be moved.
-fn moved(distance: f32, width: f32) -> f32 {
-    distance.min(FLAT * width)
+    shortened(distance.max(LEAST * width).max(f32::MIN_POSITIVE))
 }
 
 /// Vertices of the points that are left, those nearest to the foot first.
@@ -201,7 +197,7 @@ impl Queue {
     /// A collapse of one end onto the other, with its key.
     fn measured(&self, patch: &Patch<'_>, depths: &[u8], [from, to]: [u32; 2]) -> Option<(Key, Collapse)> {
         let found = patch.measured(from, to)?;
-        let mut error = moved(found.distance, self.width).max(found.added);
+        let mut error = found.distance.max(found.added);
         if patch.left - (found.faces as usize) < ROUND {
             error = error.max(FLAT * self.width);
         }

@@ -3,6 +3,7 @@
 //! ```text
 //! Wood --cut--> stems (tubes), their parents --collapse--> vertex after vertex onto another
 //!                                             --thin-----> stem after stem
+//!                                             --swell----> as wide as it takes
 //!                                                          = WoodOrder
 //! WoodOrder, error --slide--> vertices on their way; triangles still drawn: a prefix
 //! ```
@@ -24,15 +25,23 @@
 //!
 //! Stems thinner than the error are drawn with the probability at which those that are left, drawn
 //! wider, cover as much as all of them would, after R. Cook et al., *Stochastic Simplification of
-//! Aggregate Detail* (2007), for leaves. A stem never goes before the stems on it.
+//! Aggregate Detail* (2007), for leaves. A stem never goes before the stems on it. Every stem is
+//! widened along its normals by what was measured to be missing: a tube of three sides around a
+//! circle covers 17 % less than a round one.
 //!
 //! The drawers of this crate leave stems out by their width alone (see
-//! [`Look::thinnest_px`](crate::Look::thinnest_px)); the order is for other engines.
+//! [`Look::thinnest_px`](crate::Look::thinnest_px)); the order is for other engines, and
+//! [`WoodLevels`] is the wood at any error.
 //!
-//! Limits: a birch's wood covers up to 17 % less at an error of half a pixel; collapses move the
-//! outline inwards by up to the error; drawn wood is widened by a share of the error to make up for
-//! it on average. Vertices where nothing continues their texture, such as those of soup without
-//! shared vertices, are never collapsed, only their whole stem goes.
+//! At an error of half a pixel, wood covers within 3 % of what it does in full for oak, birch and
+//! pecan of 64 to 1024 pixels. The oak's 52,751 triangles are 16,163, 7,442 and 2,656 at 256, 128
+//! and 64 pixels.
+//!
+//! Limits: of thin twigs a random choice is drawn, so that pictures of bare wood differ pixel by
+//! pixel: by 15 % of the oak's area at 256 pixels, by 45 % of a birch's. Widened stems are as wide
+//! at their tips as the normals there make them. A stem that forks keeps its rings where others
+//! begin. Vertices where nothing continues their texture, such as those of soup without shared
+//! vertices, are never collapsed, only their whole stem goes.
 
 #[cfg(feature = "simplify")]
 mod build;
@@ -41,6 +50,7 @@ mod collapse;
 #[cfg(feature = "simplify")]
 mod cut;
 mod grid;
+mod level;
 mod measure;
 #[cfg(feature = "simplify")]
 mod mesh;
@@ -54,9 +64,12 @@ mod slide;
 mod swell;
 #[cfg(feature = "simplify")]
 mod thin;
+#[cfg(feature = "simplify")]
+mod union;
 
 #[cfg(feature = "simplify")]
 pub use build::cut;
+pub use level::{WoodLevel, WoodLevels};
 pub use measure::{Stem, nearest_stems, stems};
-pub use order::{MAX_SLIDES, MOST_SWELL, StemLink, WoodOrder, levels};
+pub use order::{LEAST_SWELL, MAX_SLIDES, NO_SWELL, SWELL_STEPS, SWELLS, StemLink, Swell, WoodOrder, levels};
 pub use slide::{SLIDE, Slid, Slides, vanishing};

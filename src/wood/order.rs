@@ -9,13 +9,19 @@ use serde::{Deserialize, Serialize};
 /// Most vertices that a vertex slides to one after another.
 pub const MAX_SLIDES: u32 = 64;
 
-/// How much wider a stem is drawn at its foot that is thinner than the error, over the difference
-/// of the error and its width: about what [`WoodOrder::widening`] is.
-#[cfg(feature = "simplify")]
-pub(super) const WIDENING: f32 = 4.0;
-/// Largest widening of wider stems on all sides, over their width: what a tube of three sides lacks
-/// of a round one's.
-pub const MOST_SWELL: f32 = 0.1;
+/// Number of ratios of the error to a stem's width that its swell is given for: two for each
+/// octave, 1 and 1.5 times a power of two.
+pub const SWELLS: usize = 16;
+/// The least of these ratios.
+pub const LEAST_SWELL: f32 = 1.0 / 16.0;
+/// Steps of a swell in one error, and the step that stands for none.
+pub const SWELL_STEPS: f32 = 64.0;
+/// See [`SWELL_STEPS`].
+pub const NO_SWELL: u8 = 32;
+
+/// How far a stem is widened on all sides, over the error, at each of [`SWELLS`] ratios of the
+/// error to its width: in [`SWELL_STEPS`], [`NO_SWELL`] being 0.
+pub type Swell = [u8; SWELLS];
 
 /// Place of a stem among the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,14 +36,13 @@ pub struct StemLink {
 ///
 /// Invariants, checked by [`validate`](Self::validate):
 /// - `triangle_stems` has an element for each triangle of the wood, and `parents` and `thresholds`
-///   for each vertex; all numbers are in range.
+///   for each vertex, `swells` for each stem; all numbers are in range.
 /// - A stem's parent has a lower number, and the level below or, from 255 on, the same.
 /// - Thresholds are above 0, never fall from a vertex to its parent, and have the precision of
 ///   [`bf16`](https://en.wikipedia.org/wiki/Bfloat16_floating-point_format): their lower 16 bits
 ///   are 0.
 /// - A vertex is its own parent if and only if its threshold is infinite. At most [`MAX_SLIDES`]
 ///   parents follow each other.
-/// - `swell` is from -1 to 1, and `widening` from 0 to 16.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WoodOrder {
     /// The stems, each after its parent.
@@ -49,18 +54,19 @@ pub struct WoodOrder {
     /// Of each vertex of the wood: the error, in the plant's units, from which on it is drawn where
     /// its parent is.
     pub thresholds: Vec<f32>,
-    /// Share of the error by which wood is widened on all sides, because collapses move its outline
-    /// inwards; below 0 if outwards.
-    pub swell: f32,
-    /// How much wider a stem is drawn at its foot that is thinner than the error, over the
-    /// difference of the error and its width, so that those that are left cover as much as all of
-    /// them would.
-    pub widening: f32,
+    /// Of each stem: how far it is widened, so that what is left covers as much as all of it would.
+    pub swells: Vec<Swell>,
 }
 
-pub(super) fn widened([widening, swell]: [f32; 2], width: f32, error: f32) -> f32 {
-    let most = MOST_SWELL * width;
-    0.5 * widening * (error - width).max(0.0) + (swell * error).max(-most).min(most)
+/// How far a vertex of a stem of this width is drawn outside the surface, along its normal.
+pub(crate) fn widened(swell: &Swell, width: f32, error: f32) -> f32 {
+    // The bits of a number rise with its logarithm, linear between powers of two.
+    let above = (error / width).max(LEAST_SWELL).to_bits().saturating_sub(LEAST_SWELL.to_bits());
+    let at = (above as f32 / (1 << 22) as f32).min((SWELLS - 1) as f32);
+    let step = (at as usize).min(SWELLS - 2);
+    let [low, high] =
+        [swell[step], swell[step + 1]].map(|steps| (f32::from(steps) - f32::from(NO_SWELL)) / SWELL_STEPS);
+    error * (low + (high - low) * (at - step as f32))
 }
 
 /// Number of stems of each level, from the trunks up.
@@ -71,12 +77,6 @@ pub fn levels(stems: &[StemLink]) -> Vec<u32> {
 }
 
 impl WoodOrder {
-    /// How far a vertex of a stem of this width is drawn outside the surface, along its normal, at
-    /// an error; all in the plant's units.
-    pub fn widened(&self, width: f32, error: f32) -> f32 {
-        widened([self.widening, self.swell], width, error)
-    }
-
     /// Checks the invariants for `wood`. O(wood).
     ///
     /// # Errors
@@ -87,12 +87,10 @@ impl WoodOrder {
     }
 
     fn check(&self, wood: &Wood) -> Checked {
-        let counts = [self.triangle_stems.len(), self.parents.len(), self.thresholds.len()];
-        let expected = [wood.triangles(), wood.vertices.len(), wood.vertices.len()];
-        check(15, counts == expected, || format!("an order of {counts:?} triangles and vertices, not {expected:?}"))?;
-        let [swell, widening] = [self.swell, self.widening];
-        check(15, (-1.0..=1.0).contains(&swell), || format!("wood swells by {swell}"))?;
-        check(15, (0.0..=16.0).contains(&widening), || format!("wood is widened by {widening}"))?;
+        let counts = [self.triangle_stems.len(), self.parents.len(), self.thresholds.len(), self.swells.len()];
+        let expected = [wood.triangles(), wood.vertices.len(), wood.vertices.len(), self.stems.len()];
+        let what = || format!("an order of {counts:?} triangles, vertices and swells, not {expected:?}");
+        check(15, counts == expected, what)?;
         self.check_stems()?;
         let unknown = self.triangle_stems.iter().find(|&&stem| stem as usize >= self.stems.len());
         check(15, unknown.is_none(), || format!("stem {unknown:?} of {}", self.stems.len()))?;
@@ -161,8 +159,7 @@ mod tests {
             triangle_stems: vec![0, 1],
             parents: vec![0, 0, 1, 1],
             thresholds: vec![f32::INFINITY, 2.0, 1.0, 2.0],
-            swell: 0.1,
-            widening: 4.0,
+            swells: vec![[NO_SWELL; SWELLS]; 2],
         }
     }
 
@@ -170,7 +167,7 @@ mod tests {
     fn every_broken_invariant_is_found() {
         let _: Vertex = wood().vertices[0];
         assert!(order().check(&wood()).is_ok());
-        let broken: [fn(&mut WoodOrder); 13] = [
+        let broken: [fn(&mut WoodOrder); 12] = [
             |order| order.triangle_stems.truncate(1),
             |order| order.parents.push(0),
             |order| order.triangle_stems[0] = 2,
@@ -182,8 +179,7 @@ mod tests {
             |order| order.thresholds[1] = f32::INFINITY,
             |order| order.parents[0] = 1,
             |order| order.parents[3] = 4,
-            |order| order.swell = f32::NAN,
-            |order| order.widening = -1.0,
+            |order| order.swells.truncate(1),
         ];
         for (i, damage) in broken.iter().enumerate() {
             let mut order = order();

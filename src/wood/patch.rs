@@ -26,6 +26,8 @@ pub(super) struct Patch<'a> {
     at: Vec<Vec<u32>>,
     /// Whether each point belongs to another stem too, which moves it.
     locked: Vec<bool>,
+    /// Whether stems that grow on this one begin at each point.
+    borne: Vec<bool>,
     /// Wedges of each triangle; `None` once it is gone.
     faces: Vec<Option<[u32; 3]>>,
     pub(super) left: usize,
@@ -90,9 +92,9 @@ struct Around {
 }
 
 impl<'a> Patch<'a> {
-    /// The triangles with these numbers. `owned` tells whether a point of the mesh belongs to this
-    /// stem alone.
-    pub(super) fn new(wood: &'a Wood, mesh: &Mesh, triangles: &[u32], owned: impl Fn(u32) -> bool) -> Self {
+    /// The triangles with these numbers, of a stem. `users` are the first and the last stem at each
+    /// point of the mesh.
+    pub(super) fn new(wood: &'a Wood, mesh: &Mesh, triangles: &[u32], stem: u32, users: &[[u32; 2]]) -> Self {
         let mut patch = Self {
             vertices: &wood.vertices,
             wedges: Vec::new(),
@@ -100,6 +102,7 @@ impl<'a> Patch<'a> {
             positions: Vec::new(),
             at: Vec::new(),
             locked: Vec::new(),
+            borne: Vec::new(),
             faces: Vec::new(),
             left: 0,
             around: Vec::new(),
@@ -116,7 +119,9 @@ impl<'a> Patch<'a> {
                     let (number, is_new) = points.number(point);
                     if is_new {
                         patch.positions.push(mesh.points[point as usize]);
-                        patch.locked.push(!owned(point));
+                        let [first, last] = users[point as usize];
+                        patch.locked.push(first != stem);
+                        patch.borne.push(last > stem);
                         patch.around.push(Vec::new());
                         patch.at.push(Vec::new());
                     }
@@ -147,6 +152,11 @@ impl<'a> Patch<'a> {
 
     pub(super) fn is_locked(&self, point: u32) -> bool {
         self.locked[point as usize]
+    }
+
+    /// Whether stems that grow on this one begin at any point.
+    pub(super) fn bears(&self) -> bool {
+        self.borne.contains(&true)
     }
 
     /// Wedges with their points.
@@ -181,8 +191,11 @@ impl<'a> Patch<'a> {
     }
 
     /// What collapsing `from` onto `to` would do; `None` if it is not possible: if it would join
-    /// what is apart, turn a triangle over or tear the texture.
+    /// what is apart, turn a triangle over, tear the texture or move a stem that begins there away.
     pub(super) fn measured(&self, from: u32, to: u32) -> Option<Collapse> {
+        if self.borne[from as usize] && !self.borne[to as usize] {
+            return None;
+        }
         let around = self.split(from, to)?;
         let moves = self.moves(from, to, &around)?;
         let moved =

@@ -1,6 +1,6 @@
 //! Wood at an error: vertices on their way to their parents, and triangles that are still drawn.
 
-use super::order::WoodOrder;
+use super::order::{WoodOrder, widened};
 use crate::{leaf::Vertex, plant::Wood};
 use glam::{Vec2, Vec3};
 
@@ -10,8 +10,10 @@ pub const SLIDE: f32 = 0.2;
 /// A vertex on its way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slid {
-    /// In plant space.
+    /// In plant space, on the surface.
     pub position: Vec3,
+    /// How far from there it is drawn, so that wood covers as much as without levels.
+    pub widened: Vec3,
     /// Normal, not of unit length.
     pub normal: Vec3,
     /// Texture coordinates.
@@ -27,12 +29,17 @@ pub struct Slides<'a> {
     pub vertices: &'a [Vertex],
     /// An order that is [valid](WoodOrder::validate) for the wood.
     pub order: &'a WoodOrder,
+    /// Stem of each vertex; without it, nothing is widened.
+    pub stems: &'a [u32],
+    /// Width of each stem, in the plant's units.
+    pub widths: &'a [f32],
 }
 
 impl Slides<'_> {
     /// A vertex at an error in the plant's units. Vertices that have met differ by rounding alone.
     pub fn at(&self, vertex: u32, error: f32) -> Slid {
-        let mut slid = Slid { position: Vec3::ZERO, normal: Vec3::ZERO, uv: Vec2::ZERO, color: Vec3::ZERO };
+        let nothing = Vec3::ZERO;
+        let mut slid = Slid { position: nothing, widened: nothing, normal: nothing, uv: Vec2::ZERO, color: nothing };
         let (mut at, mut weight) = (vertex as usize, 1.0);
         loop {
             let share = slide(error, self.order.thresholds[at]);
@@ -40,6 +47,11 @@ impl Slides<'_> {
             let Vertex { position, normal, uv, color: [r, g, b, _] } = self.vertices[at];
             slid.position += here * Vec3::from(position);
             slid.normal += here * Vec3::from(normal);
+            if let Some(&stem) = self.stems.get(at).filter(|_| here > 0.0 && error > 0.0) {
+                let stem = stem as usize;
+                let widened = widened(&self.order.swells[stem], self.widths[stem], error);
+                slid.widened += here * widened * Vec3::from(normal);
+            }
             slid.uv += here * Vec2::from(uv);
             slid.color += here * Vec3::new(r, g, b);
             weight *= share;
@@ -129,7 +141,7 @@ mod tests {
     #[test]
     fn vertices_slide_without_a_jump_and_stay_together_once_they_have_met() {
         let (vertices, order) = chain();
-        let slides = Slides { vertices: &vertices, order: &order };
+        let slides = Slides { vertices: &vertices, order: &order, stems: &[], widths: &[] };
         let at = |vertex, error| slides.at(vertex, error);
         assert_eq!(at(3, 0.0).position.x, 3.0);
         assert_eq!(at(3, 1.59).position.x, 3.0);

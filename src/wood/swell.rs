@@ -1,77 +1,240 @@
-//! How much wood is widened to cover as much as it does without collapses.
+//! How much stems are widened to cover as much as they do without levels.
+//!
+//! A tube of n sides on a circle is n sin(pi / n) / pi as wide as the circle on average, 17 % less
+//! with three; a chord is shorter than its arc; and of the stems thinner than the error only some
+//! are drawn. So for each stem, what it covers is measured at several errors, and it is widened
+//! until that is what it covers in full, times what those that are left must cover more. What all
+//! of them cover together is then measured too, and thin ones are widened more or less by it.
 
 use super::{
-    order::{WIDENING, WoodOrder, widened},
-    slide::Slides,
+    mesh::Lists,
+    order::{LEAST_SWELL, NO_SWELL, SWELL_STEPS, SWELLS, Swell, WoodOrder, widened},
+    slide::{SLIDE, Slides, vanishing},
+    thin::boost,
+    union::Union,
 };
 use crate::plant::Wood;
 use glam::Vec3;
+use rayon::prelude::*;
 
-/// Errors, as fractions of the size of the wood, that coverage is measured at: half a pixel of
-/// plants of 64 to 512 pixels.
-const ERRORS: [f32; 4] = [1.0 / 1024.0, 1.0 / 512.0, 1.0 / 256.0, 1.0 / 128.0];
-/// Swell that the change of coverage is measured with.
-const TRIED: f32 = 0.25;
+/// Steps of the search for one swell.
+const STEPS: u32 = 3;
+/// Errors that all of the wood is measured at, over its size, in steps of half an octave: half a
+/// pixel of plants of 2048 pixels, down to 23.
+const LEAST_ERROR: f32 = 1.0 / 4096.0;
+const ERRORS: usize = 14;
+/// Times that all of the wood is measured.
+const PASSES: u32 = 3;
+/// Range of a correction for all of the wood in one pass.
+const CORRECTIONS: [f32; 2] = [0.5, 2.0];
+/// Directions that wood is seen from: along the axes and the diagonals of a cube.
+const DIRECTIONS: [Vec3; 7] = {
+    const D: f32 = 0.577_350_26;
+    [Vec3::X, Vec3::Y, Vec3::Z, Vec3::splat(D), Vec3::new(-D, D, D), Vec3::new(D, -D, D), Vec3::new(D, D, -D)]
+};
 
 impl WoodOrder {
-    /// Sets `swell` so that the stems that are wider than the error, and `widening` so that all
-    /// cover as much as they do without collapses, on average over some errors.
-    pub(super) fn balance(&mut self, wood: &Wood, widths: &[f32]) {
-        let low = wood.vertices.iter().map(|vertex| Vec3::from(vertex.position)).reduce(Vec3::min).unwrap_or_default();
-        let high = wood.vertices.iter().map(|vertex| Vec3::from(vertex.position)).reduce(Vec3::max).unwrap_or_default();
-        let errors = ERRORS.map(|share| share * (high - low).length());
-        let wide = Coverage { wood, order: self, widths, errors, is_wide: true };
-        let full = wide.at(None);
-        let share = |full: f64, bare: f64, more: f64| {
-            let share = ((full - bare) / (more - bare)) as f32;
-            if share.is_finite() { share } else { 0.0 }
+    /// Sets `swells` of stems of these widths that go at `ends`.
+    pub(super) fn balance(&mut self, wood: &Wood, widths: &[f32], ends: &[f32]) {
+        let vanish = vanishing(wood, self);
+        let triangles = Lists::new(self.stems.len(), self.triangle_stems.iter().copied().zip(0..));
+        let slides = Slides { vertices: &wood.vertices, order: self, stems: &[], widths: &[] };
+        let stem = |stem: usize| Seen {
+            wood,
+            slides,
+            vanish: &vanish,
+            triangles: triangles.of(stem as u32),
+            width: widths[stem],
+            end: ends[stem],
         };
-        let swell = TRIED * share(full, wide.at(Some([0.0, 0.0])), wide.at(Some([0.0, TRIED])));
-        let all = Coverage { is_wide: false, ..wide };
-        let [bare, more] = [0.5, 1.5].map(|times| all.at(Some([times * WIDENING, swell])));
-        let widening = WIDENING * (0.5 + share(all.at(None), bare, more));
-        (self.swell, self.widening) = (swell.clamp(-0.5, 0.5), widening.clamp(0.0, 4.0 * WIDENING));
-    }
-}
-
-/// What wood covers on average from all sides.
-struct Coverage<'a> {
-    wood: &'a Wood,
-    order: &'a WoodOrder,
-    widths: &'a [f32],
-    errors: [f32; 4],
-    /// Whether only stems count that are wider than the error.
-    is_wide: bool,
-}
-
-impl Coverage<'_> {
-    /// Sum over the errors, each over what is covered without collapses. `None` gives that sum
-    /// itself.
-    fn at(&self, widening: Option<[f32; 2]>) -> f64 {
-        let covered = |error: &f32| {
-            let full = self.covered(0.0, *error, [0.0; 2]);
-            widening.map_or(1.0, |widening| self.covered(*error, *error, widening) / full)
-        };
-        self.errors.iter().map(covered).filter(|share| share.is_finite()).sum()
-    }
-
-    fn covered(&self, error: f32, least: f32, widening: [f32; 2]) -> f64 {
-        let slides = Slides { vertices: &self.wood.vertices, order: self.order };
-        let mut stems = vec![(0.0_f64, 0_u32); self.widths.len()];
-        for (corners, &stem) in self.wood.indices.chunks_exact(3).zip(&self.order.triangle_stems) {
-            let width = self.widths[stem as usize];
-            if width == f32::MAX || self.is_wide && width < least {
-                continue;
-            }
-            let [a, b, c] = [0, 1, 2].map(|i| slides.at(corners[i], error));
-            if a.position == b.position || b.position == c.position || c.position == a.position {
-                continue;
-            }
-            let [a, b, c] = [a, b, c].map(|slid| slid.position + slid.normal * widened(widening, width, error));
-            let stem = &mut stems[stem as usize];
-            *stem = (stem.0 + f64::from((b - a).cross(c - a).length()), stem.1 + 1);
+        let stems: Vec<Seen<'_>> = (0..self.stems.len()).map(stem).collect();
+        let mut more = More::new(wood);
+        let mut swells: Vec<Swell> = stems.par_iter().map(|stem| stem.swell(&more, None)).collect();
+        for _ in 0..PASSES {
+            more.correct(&stems, &swells);
+            swells = stems.par_iter().zip(&swells).map(|(stem, before)| stem.swell(&more, Some(before))).collect();
         }
-        // One triangle is seen from both sides, a tube of several on one side only.
-        stems.iter().map(|&(area, triangles)| if triangles == 1 { 2.0 * area } else { area }).sum()
+        self.swells = swells;
+    }
+}
+
+/// How much more the stems that are left must cover at some errors: the random choice among few is
+/// uneven, and wide ones hide more or less of each other.
+struct More {
+    errors: [f32; ERRORS],
+    factors: [f32; ERRORS],
+    /// Middle of the wood and radius of a ball around it.
+    ball: (Vec3, f32),
+}
+
+impl More {
+    fn new(wood: &Wood) -> Self {
+        let positions = || wood.vertices.iter().map(|vertex| Vec3::from(vertex.position));
+        let low = positions().reduce(Vec3::min).unwrap_or_default();
+        let high = positions().reduce(Vec3::max).unwrap_or_default();
+        let size = (high - low).length();
+        let errors = std::array::from_fn(|i| size * LEAST_ERROR * libm::exp2f(0.5 * i as f32));
+        Self { errors, factors: [1.0; ERRORS], ball: (low.midpoint(high), 0.5 * size) }
+    }
+
+    /// The factor at an error, between those that were measured.
+    fn at(&self, error: f32) -> f32 {
+        let above = self.errors.partition_point(|&at| at < error);
+        let [low, high] = [above.saturating_sub(1), above.min(ERRORS - 1)];
+        let share = (error - self.errors[low]) / (self.errors[high] - self.errors[low]);
+        let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+        self.factors[low] + (self.factors[high] - self.factors[low]) * share
+    }
+
+    /// Multiplies the factors so that stems with these swells would cover as much as in full.
+    fn correct(&mut self, stems: &[Seen<'_>], swells: &[Swell]) {
+        let (middle, radius) = self.ball;
+        let full: Vec<[Vec3; 3]> = stems.iter().flat_map(|stem| moved(&stem.at(0.0), 0.0)).collect();
+        let full = Union::new(middle, radius).with(&full);
+        let times = |&error: &f32| {
+            let [mut wide, mut thin] = [Vec::new(), Vec::new()];
+            for (stem, swell) in stems.iter().zip(swells) {
+                let triangles = moved(&stem.at(error), widened(swell, stem.width, error));
+                if stem.is_thinned(error) { &mut thin } else { &mut wide }.extend(triangles);
+            }
+            let mut union = Union::new(middle, radius);
+            let [wide, all] = [wide, thin].map(|triangles| union.with(&triangles));
+            (full as f32 - wide as f32) / (all - wide) as f32
+        };
+        let times: Vec<f32> = self.errors.par_iter().map(times).collect();
+        for (factor, times) in self.factors.iter_mut().zip(times).filter(|(_, times)| times.is_finite()) {
+            *factor *= times.clamp(CORRECTIONS[0], CORRECTIONS[1]);
+        }
+    }
+}
+
+/// One stem.
+struct Seen<'a> {
+    wood: &'a Wood,
+    slides: Slides<'a>,
+    vanish: &'a [f32],
+    triangles: &'a [u32],
+    width: f32,
+    /// Error at which it goes.
+    end: f32,
+}
+
+/// Position and normal of each corner of a triangle.
+type Corners = [(Vec3, Vec3); 3];
+
+impl Seen<'_> {
+    /// Whether stems like this one are drawn in part only.
+    fn is_thinned(&self, error: f32) -> bool {
+        self.end < f32::INFINITY && boost(error / self.width) > 1.0
+    }
+
+    /// The swell of the stem; of what was found `before`, what does not depend on `more` is kept.
+    fn swell(&self, more: &More, before: Option<&Swell>) -> Swell {
+        let full = covered(&self.at(0.0), 0.0);
+        let mut swell = [NO_SWELL; SWELLS];
+        let mut last = 0.0;
+        for (i, steps) in swell.iter_mut().enumerate() {
+            let ratio = f32::from_bits(LEAST_SWELL.to_bits() + ((i as u32) << 22));
+            let error = ratio * self.width;
+            if let Some(before) = before.filter(|_| !self.is_thinned(error)) {
+                *steps = before[i];
+                last = (f32::from(before[i]) - f32::from(NO_SWELL)) / SWELL_STEPS;
+                continue;
+            }
+            // Once it goes, it shrinks.
+            if error < (1.0 - SLIDE) * self.end {
+                let times = if self.is_thinned(error) { boost(ratio) * more.at(error) } else { 1.0 };
+                last = widening(&self.at(error), full * times, [last, self.width]) / error;
+            }
+            let found = (last * SWELL_STEPS).round() + f32::from(NO_SWELL);
+            *steps = if found.is_finite() { found.clamp(0.0, 255.0) as u8 } else { NO_SWELL };
+        }
+        swell
+    }
+
+    /// The triangles at an error.
+    fn at(&self, error: f32) -> Vec<Corners> {
+        let left = self.triangles.iter().filter(|&&triangle| self.vanish[triangle as usize] > error);
+        let corner = |index: usize| {
+            let slid = self.slides.at(self.wood.indices[index], error);
+            (slid.position, slid.normal)
+        };
+        left.map(|&triangle| [0, 1, 2].map(|i| corner(3 * triangle as usize + i))).collect()
+    }
+}
+
+/// How far triangles must be widened to cover so much, found by secants from a guess.
+fn widening(triangles: &[Corners], wanted: f32, [guess, width]: [f32; 2]) -> f32 {
+    let mut last = (0.0, covered(triangles, 0.0));
+    let mut at = if guess > 0.0 { guess * width } else { 0.1 * width };
+    for _ in 0..STEPS {
+        let now = covered(triangles, at);
+        let slope = (now - last.1) / (at - last.0);
+        let next = at + (wanted - now) / slope;
+        if !(next.is_finite() && slope > 0.0) {
+            break;
+        }
+        last = (at, now);
+        at = next.clamp(-0.4 * width, 64.0 * width);
+    }
+    at
+}
+
+/// Triangles whose corners are moved so far along their normals.
+fn moved(triangles: &[Corners], widened: f32) -> Vec<[Vec3; 3]> {
+    let corner = |(position, normal): (Vec3, Vec3)| position + normal * widened;
+    triangles.iter().map(|corners| corners.map(corner)).collect()
+}
+
+/// What triangles cover, widened so far, summed over the directions: the nearer side hides the
+/// other.
+fn covered(triangles: &[Corners], widened: f32) -> f32 {
+    let mut sides = [[0.0_f32; 2]; DIRECTIONS.len()];
+    for corners in triangles {
+        let [a, b, c] = corners.map(|(position, normal)| position + normal * widened);
+        let across = (b - a).cross(c - a);
+        for (direction, [front, back]) in DIRECTIONS.iter().zip(&mut sides) {
+            let seen = across.dot(*direction);
+            *if seen > 0.0 { front } else { back } += seen.abs();
+        }
+    }
+    sides.iter().map(|[front, back]| front.max(*back)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tube of so many sides around a circle, without ends.
+    fn tube(sides: u32) -> Vec<Corners> {
+        let corner = |side: u32, height: f32| {
+            let (sin, cos) = libm::sincosf(std::f32::consts::TAU * (side % sides) as f32 / sides as f32);
+            let normal = Vec3::new(cos, 0.0, sin);
+            (normal + Vec3::Y * height, normal)
+        };
+        let quad = |side: u32| {
+            let [a, b] = [side, side + 1].map(|side| [corner(side, 0.0), corner(side, 20.0)]);
+            [[a[0], b[0], b[1]], [a[0], b[1], a[1]]]
+        };
+        (0..sides).flat_map(quad).collect()
+    }
+
+    #[test]
+    fn a_tube_of_three_sides_must_grow_by_what_it_lacks() {
+        let [round, three] = [tube(64), tube(3)];
+        let [full, bare] = [&round, &three].map(|tube| covered(tube, 0.0));
+        // 3 sin(pi / 3) / pi.
+        assert!((bare / full - 0.827).abs() < 0.02, "{}", bare / full);
+        let widened = widening(&three, full, [0.0, 2.0]);
+        assert!((widened - 0.209).abs() < 0.02, "{widened}");
+        assert!((covered(&three, widened) / full - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_sheet_is_seen_from_both_sides() {
+        let corner = |x: f32, y: f32| (Vec3::new(x, y, 0.0), Vec3::Z);
+        let sheet = vec![[corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)]];
+        let turned = vec![sheet[0], [sheet[0][0], sheet[0][2], sheet[0][1]]];
+        assert_eq!(covered(&sheet, 0.0), covered(&turned, 0.0));
     }
 }
