@@ -3,7 +3,7 @@
 //!
 //! All ways are drawn by the same renderer from the same held-out views
 //! ([`far_cameras`](measure::far_cameras)). The older ways are three levels of detail, made of the
-//! model's own prefixes, and [crossed cards](super::crossed) with the impostor's pictures. Colours
+//! model's own prefixes, and crossed cards with the impostor's pictures. Colours
 //! of the cards are multiplied by one factor, as the impostor's are, so that they are as bright as
 //! the plant.
 //!
