@@ -21,11 +21,13 @@ pub struct Patches {
     footings: Vec<Footing>,
 }
 
-/// What thins a plant out: its place in the order in which plants become fewer with distance.
+/// What a plant of a patch has beside its place.
 #[derive(Clone, Copy)]
 pub struct Thinning {
+    /// Its own random number, the same whatever other plants there are.
+    pub seed: u32,
     foot: DVec3,
-    /// Distance beyond which it is not shown.
+    /// Distance beyond which it is not shown: plants become fewer with distance.
     reach: f64,
 }
 
@@ -88,7 +90,11 @@ impl Patches {
                     let world_from_plant = self.footings[models[kind]].world_from_patch(plant);
                     planted.push(Planted { model: models[kind], world_from_plant });
                     let part = 1.0 - THINNED * f32::from(plant.rank) / 65_536.0;
-                    thinning.push(Thinning { foot: plant.at, reach: kinds[kind].reach() * f64::from(part) });
+                    thinning.push(Thinning {
+                        seed: plant.seed,
+                        foot: plant.at,
+                        reach: kinds[kind].reach() * f64::from(part),
+                    });
                 }
             }
         }

@@ -251,16 +251,16 @@ impl Opened {
     }
 
     fn selected(&self, full: bool) -> Vec<Shown> {
+        let of_patch =
+            |active: &Active| (active.instance as usize).checked_sub(self.fixed).map(|plant| self.thinning[plant]);
         let shown = |active: &Active| {
-            let (seed, Planted { model, world_from_plant }) = (active.instance, self.planted[active.instance as usize]);
+            let Planted { model, world_from_plant } = self.planted[active.instance as usize];
+            let seed = of_patch(active).map_or(active.instance, |plant| plant.seed);
             let leaves = self.models[model].leaves.len() as f32;
             let (active, far) = if full { (leaves, None) } else { (active.count, Some(active.far)) };
             Shown { model, world_from_plant, active, leaf_scale: 1.0, far, seed }
         };
-        let shows = |active: &&Active| {
-            let of_patch = (active.instance as usize).checked_sub(self.fixed);
-            of_patch.is_none_or(|plant| self.thinning[plant].shows(self.eye))
-        };
+        let shows = |active: &&Active| of_patch(active).is_none_or(|plant| plant.shows(self.eye));
         self.active.iter().filter(shows).map(shown).collect()
     }
 
