@@ -24,19 +24,23 @@ fn damaged_species_are_refused_or_sound() {
 }
 
 #[cfg(feature = "scene")]
-const SCENES: [&str; 3] = [
+const SCENES: [&str; 4] = [
     include_str!("../../data/scenes/turntable.toml"),
     include_str!("../../data/scenes/nine-trees.toml"),
     include_str!("../../data/scenes/forest.toml"),
+    include_str!("../../data/scenes/meadow.toml"),
 ];
 #[cfg(feature = "scene")]
-const SCENE_WORDS: &str = "= [lod] [effects.wind] [[plants]] [[scatter]] # \" ''' \"oak\\n\" ä true false [0,1e300,-1] nan inf \
+const SCENE_WORDS: &str = "= [lod] [effects.wind] [[plants]] [[scatter]] [[patch]] [[patch.kinds]] keeps_away spacing # \" ''' \"oak\\n\" ä true false [0,1e300,-1] nan inf \
     99999999999 policy = \"sizes\" shares = [[1,1]] [camera] path eye = [0,0,0]";
 
 #[cfg(feature = "scene")]
 #[test]
 fn damaged_scenes_are_refused_or_place_their_plants() {
-    use foliage_lod::scene::SceneFile;
+    use foliage_lod::scene::{
+        SceneFile,
+        patch::{Scratch, TileKey},
+    };
     let make = |random: &mut Random| damage_text(random.pick(&SCENES), SCENE_WORDS, random);
     survive_reading("scenes", &["accepted", "unreadable"], make, |text| {
         let scene = SceneFile::from_toml(&String::from_utf8_lossy(text), Path::new("hostile.toml"))?;
@@ -50,6 +54,16 @@ fn damaged_scenes_are_refused_or_place_their_plants() {
             // Too many plants for the area is an error; placed plants have a finite transform.
             let spots = scatter.spots().unwrap_or_default();
             assert!(spots.iter().all(|spot| spot.at.is_finite() && spot.scale > 0.0 && spot.turn.is_finite()));
+        }
+        for patch in scene.patch.iter().filter(|patch| patch.cells <= 128) {
+            let made = patch.patch(vec![None; patch.kinds.len()], None).expect("accepted patches grow");
+            let mut plants = Vec::new();
+            for layer in 0..made.layers() as u16 {
+                made.tile(TileKey { layer, at: [0, 0] }, &mut Scratch::default(), &mut plants);
+                assert!(
+                    plants.iter().all(|plant| plant.at.is_finite() && plant.height > 0.0 && plant.turn.is_finite())
+                );
+            }
         }
         Ok(())
     });

@@ -55,7 +55,8 @@ pub struct PlantKind {
     /// Least and greatest height of the ground.
     #[serde(default = "any_altitude")]
     pub altitude: [f64; 2],
-    /// Radius around its foot in which no plant of a kind with smaller spacing grows.
+    /// Radius around its foot in which no plant of a kind with smaller spacing grows: at most
+    /// 4 times its own spacing, since each tile looks for larger plants that far.
     #[serde(default)]
     pub keeps_away: f64,
     /// Distance beyond which it is not made; by default [`REACH`] times its spacing.
@@ -64,6 +65,9 @@ pub struct PlantKind {
 
 /// Default of [`PlantKind::reach`], over the spacing.
 pub const REACH: f64 = 200.0;
+
+/// Greatest [`PlantKind::keeps_away`] over the spacing.
+const MOST_KEPT_AWAY: f64 = 4.0;
 
 /// Distance of points along x and z: one number or two.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -157,7 +161,8 @@ impl PlantKind {
         self.tint.as_flattened().iter().try_for_each(|&factor| check_range(key("tint"), factor, 0.0..=16.0))?;
         rising("slope", self.slope.map(f64::from), [0.0, 90.0])?;
         rising("altitude", self.altitude, [-1e9, 1e9])?;
-        check_range(key("keeps_away"), self.keeps_away, 0.0..=1e6)?;
+        let [x, z] = self.spacing.each();
+        check_range(key("keeps_away"), self.keeps_away, 0.0..=MOST_KEPT_AWAY * x.min(z))?;
         check_range(key("reach"), self.reach(), 0.0..=1e9)
     }
 }
