@@ -104,6 +104,11 @@ fn errors_in_a_scene_name_line_key_and_allowed_values() {
             "patch.0.kinds.0.map is given without an area",
             "`area`",
         ),
+        (
+            "[[patch]]\n[[patch.kinds]]\nmodel = \"oak\"\nspacing = 1\nheight = [1, 2]\ntint = [[1, 1, 1], [1, 1, 1]]",
+            "line 13: unknown field `tint`",
+            "`turn`",
+        ),
         ("[[scatter]]\nmodels = []\ncount = 1\narea = [1, 1]", "line 9: scatter.0.models is empty", "oak"),
     ];
     for (added, what, allowed) in cases {

@@ -4,9 +4,8 @@
 //! SIGGRAPH 1991): each next cell is the one of some random cells that is farthest from all before,
 //! as many as there are before. Distances are integers, so that the ranks are the same everywhere.
 //!
-//! Limits: more even than random up to three quarters of the cells; void-and-cluster is not better
-//! below a tenth, where its Gaussians overlap (tried: neighbours 1.4 cells apart where 3.4 are
-//! possible).
+//! Limits: distances are those of a grid, so that above a quarter of the cells the pattern is as
+//! even as the grid lets it be.
 
 use super::hash::{Stream, draw};
 use std::sync::OnceLock;

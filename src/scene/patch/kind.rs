@@ -46,8 +46,9 @@ pub struct PlantKind {
     /// Least and greatest rotation about the vertical, in degrees.
     #[serde(default = "full_turn")]
     pub turn: [f32; 2],
-    /// Colour factors (linear) between which each plant takes one.
-    #[serde(default = "no_tint")]
+    /// Colour factors (linear) between which each plant takes one, for engines: scene files cannot
+    /// give them, since the drawers of this crate have no colour of a plant.
+    #[serde(skip, default = "no_tint")]
     pub tint: [[f32; 3]; 2],
     /// Least and greatest slope of the ground, in degrees.
     #[serde(default = "any_slope")]
@@ -55,7 +56,7 @@ pub struct PlantKind {
     /// Least and greatest height of the ground.
     #[serde(default = "any_altitude")]
     pub altitude: [f64; 2],
-    /// Radius around its foot in which no plant of a kind with smaller spacing grows: at most
+    /// Radius around its foot in which no plant of this patch with smaller spacing grows: at most
     /// 4 times its own spacing, since each tile looks for larger plants that far.
     #[serde(default)]
     pub keeps_away: f64,
@@ -145,8 +146,8 @@ impl PlantKind {
 
     /// Checks every parameter; `key(name)` is a parameter's dotted key.
     ///
-    /// # Errors [`Error::InvalidOption`](crate::Error::InvalidOption) for the first that is out of
-    /// its range.
+    /// # Errors
+    /// [`Error::InvalidOption`](crate::Error::InvalidOption) for the first out of its range.
     pub(super) fn check(&self, key: impl Fn(&str) -> String) -> Result<()> {
         let rising = |name: &str, [low, high]: [f64; 2], range: [f64; 2]| {
             check_range(key(name), low, range[0]..=range[1])?;

@@ -24,7 +24,8 @@ struct Around {
 impl Map {
     /// A map of `width` x `height` texels, row by row.
     ///
-    /// # Errors [`Error::InvalidOption`] for no texels, more than 2^28, or a number other than the
+    /// # Errors
+    /// [`Error::InvalidOption`] for no texels, more than 2^28, or a number other than the
     /// sides say.
     pub fn new([width, height]: [u32; 2], texels: Vec<u16>) -> Result<Self> {
         let count = u64::from(width) * u64::from(height);

@@ -33,4 +33,4 @@ pub use ground::HeightMap;
 pub use kind::{Placing, PlantKind, REACH, Spacing};
 pub use map::Map;
 pub use order::{CellOrder, Sweep};
-pub use tiles::{Tile, TileCounts, TileOptions, Tiles};
+pub use tiles::{MOST_TILES, Tile, TileCounts, TileOptions, Tiles};

@@ -4,10 +4,14 @@ use super::field::{Patch, PatchPlant, Scratch, TileKey, squared};
 use glam::DVec3;
 use std::collections::HashMap;
 
+/// Most tiles that [`Tiles`] keep.
+pub const MOST_TILES: u32 = 1 << 16;
+
 /// How much of a patch is kept, and how much is made at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TileOptions {
-    /// Most tiles that are kept: when more are within reach, the farthest are left out.
+    /// Most tiles that are kept, at most [`MOST_TILES`]: when more are within reach, the farthest
+    /// are left out.
     pub most_tiles: u32,
     /// Most cells that one update looks at; a tile of more takes several updates.
     pub cells_per_update: u32,
@@ -64,6 +68,7 @@ pub struct Tiles {
 impl Tiles {
     /// No tiles yet.
     pub fn new(patch: Patch, options: TileOptions) -> Self {
+        let options = TileOptions { most_tiles: options.most_tiles.min(MOST_TILES), ..options };
         Self {
             spare: vec![Vec::new(); patch.layers()],
             patch,

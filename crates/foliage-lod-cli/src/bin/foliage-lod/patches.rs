@@ -4,12 +4,14 @@ use foliage_lod::{
     Result,
     scene::{
         Footing, MAX_PLANTS, Planted, SceneFile,
-        patch::{HeightMap, Map, Tile, TileCounts, TileOptions, Tiles},
+        patch::{HeightMap, Map, PatchEntry, Tile, TileCounts, TileOptions, Tiles},
     },
 };
 use glam::DVec3;
 use std::path::Path;
 
+/// Most cells that the tiles of a patch have, so that their plants take at most 240 MB.
+const MOST_CELLS: u32 = 4 * MAX_PLANTS;
 /// Last part of a kind's reach over which its plants become fewer.
 const THINNED: f32 = 0.4;
 
@@ -46,14 +48,14 @@ impl Patches {
     /// Those of maps that cannot be read.
     pub fn open(scene: &SceneFile, folder: &Path, footings: Vec<Footing>) -> Result<Self> {
         let height = scene.ground.map_or(0.0, |ground| ground.height);
-        let tiles = |entry: &foliage_lod::scene::patch::PatchEntry| {
+        let tiles = |entry: &PatchEntry| {
+            let own = TileOptions::default();
+            let most_tiles = (MOST_CELLS / (entry.cells * entry.cells)).clamp(1, own.most_tiles);
             let level = HeightMap::new(Map::new([1, 1], vec![0])?, [0.0; 2], [1.0; 2], [height; 2])?;
-            Ok(Tiles::new(entry.patch(entry.read_maps(folder)?, Some(level))?, TileOptions::default()))
+            Ok(Tiles::new(entry.patch(entry.read_maps(folder)?, Some(level))?, TileOptions { most_tiles, ..own }))
         };
         let patches = scene.patch.iter().map(tiles).collect::<Result<_>>()?;
-        let model = |entry: &foliage_lod::scene::patch::PatchEntry| {
-            entry.kinds.iter().map(|kind| scene.model_number(&kind.model)).collect()
-        };
+        let model = |entry: &PatchEntry| entry.kinds.iter().map(|kind| scene.model_number(&kind.model)).collect();
         Ok(Self { patches, models: scene.patch.iter().map(model).collect(), footings })
     }
 
