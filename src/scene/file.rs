@@ -268,7 +268,7 @@ impl SceneFile {
         let limit = format!("at least 1 and at most {MAX_PLANTS}");
         wrong_if(!(least..=u64::from(MAX_PLANTS)).contains(&plants), "plants", &plants.to_string(), &limit)?;
         let needs_camera = self.camera.is_none() && plants == 0;
-        wrong_if(needs_camera, "camera", "missing", "given where all plants are a patch's, which has no end")?;
+        wrong_if(needs_camera, "camera", "missing", "given in a scene whose plants all belong to patches")?;
         self.camera.as_ref().map_or(Ok(()), CameraEntry::check)?;
         check_range("sun.azimuth", self.sun.azimuth, -360.0..=360.0)?;
         check_range("sun.elevation", self.sun.elevation, -5.0..=90.0)?;

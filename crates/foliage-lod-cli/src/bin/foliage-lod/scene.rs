@@ -46,8 +46,8 @@ pub struct Opened {
     /// For each plant of a patch, until where it is shown.
     thinning: Vec<Thinning>,
     grove: Grove,
-    /// Eye of the last selection.
-    eye: DVec3,
+    /// Whether it was told that plants of patches are left out.
+    has_told: bool,
     /// Bounding sphere of the scene.
     around: Sphere,
     /// Distance of the near plane.
@@ -134,8 +134,9 @@ impl Opened {
         });
         let around = Sphere::of_points(corners.collect::<Vec<_>>());
         let near = NEAR_RADII * if smallest > 0.0 && smallest.is_finite() { smallest } else { 1.0 };
-        let (fixed, thinning, active, eye) = (planted.len(), Vec::new(), Vec::new(), DVec3::ZERO);
-        let mut opened = Self { file, models, planted, fixed, patches, thinning, grove, eye, around, near, active };
+        let (fixed, thinning, active, has_told) = (planted.len(), Vec::new(), Vec::new(), false);
+        let mut opened =
+            Self { file, models, planted, fixed, patches, thinning, grove, has_told, around, near, active };
         opened.fill_grove()?;
         Ok(opened)
     }
@@ -157,7 +158,6 @@ impl Opened {
     /// # Errors
     /// None in practice: places are finite.
     pub fn follow(&mut self, eye: DVec3, all: bool) -> Result<()> {
-        self.eye = eye;
         if self.patches.is_empty() {
             return Ok(());
         }
@@ -166,7 +166,7 @@ impl Opened {
             self.planted.truncate(self.fixed);
             self.thinning.clear();
             let left_out = self.patches.plant(&mut self.planted, &mut self.thinning);
-            if left_out > 0 || counts.over > 0 {
+            if (left_out > 0 || counts.over > 0) && !std::mem::replace(&mut self.has_told, true) {
                 complain(format_args!(
                     "warning: {left_out} plants and {} tiles of patches are left out; make their `reach` shorter or their \
                      `spacing` larger",
@@ -236,8 +236,7 @@ impl Opened {
     /// Selects the plants in view, with all leaves if `full`, otherwise at their level of detail.
     pub fn shown(&mut self, camera: &Camera, full: bool) -> Vec<Shown> {
         self.grove.select(camera, &mut self.active);
-        self.eye = camera.eye;
-        self.selected(full)
+        self.selected(full, camera.eye)
     }
 
     /// Selects the plants that may cast shadows: every plant of the scene, in view or not, with its
@@ -247,10 +246,10 @@ impl Opened {
             return Vec::new();
         }
         self.grove.select_all(camera, &mut self.active);
-        self.selected(full)
+        self.selected(full, camera.eye)
     }
 
-    fn selected(&self, full: bool) -> Vec<Shown> {
+    fn selected(&self, full: bool, eye: DVec3) -> Vec<Shown> {
         let of_patch =
             |active: &Active| (active.instance as usize).checked_sub(self.fixed).map(|plant| self.thinning[plant]);
         let shown = |active: &Active| {
@@ -260,7 +259,7 @@ impl Opened {
             let (active, far) = if full { (leaves, None) } else { (active.count, Some(active.far)) };
             Shown { model, world_from_plant, active, leaf_scale: 1.0, far, seed }
         };
-        let shows = |active: &&Active| of_patch(active).is_none_or(|plant| plant.shows(self.eye));
+        let shows = |active: &&Active| of_patch(active).is_none_or(|plant| plant.shows(eye));
         self.active.iter().filter(shows).map(shown).collect()
     }
 

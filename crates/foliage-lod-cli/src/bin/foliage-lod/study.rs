@@ -44,6 +44,10 @@ const SMALL: &str = "balanced";
 
 /// Runs the subcommand.
 pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
+    if args.far.is_some() && args.plants.iter().all(|name| scene::is_toml(Path::new(name))) {
+        let allowed = "left out, or given with a tree: scenes are measured with their own `[far]`";
+        return Err(Error::invalid("--far", "given with scenes alone", allowed).into());
+    }
     let folder = &args.output;
     std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
     check_writable(folder.join("report.html"))?;
