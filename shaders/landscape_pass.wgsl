@@ -30,9 +30,15 @@ fn landscape_color(corner: Corner) -> @location(0) vec4<f32> {
         return vec4(encoded(sky_color(ray)), 1.0);
     }
     let away = landscape.eye_height / -ray.y;
-    let lit = SUN * (max(landscape.towards_sun.y, 0.0) * ground_sunlit(ray * away)) + SKY;
-    let haze = 1.0 - exp(-away / landscape.haze);
-    return vec4(encoded(mix(landscape.ground * lit, sky_color(vec3(ray.x, 0.0, ray.z)), haze)), 1.0);
+    return vec4(encoded(ground_shown(landscape.ground, vec3(0.0, 1.0, 0.0), ray * away)), 1.0);
+}
+
+// Light that reaches the eye from ground of some colour, linear.
+fn ground_shown(albedo: vec3<f32>, normal: vec3<f32>, from_eye: vec3<f32>) -> vec3<f32> {
+    let sun = SUN * (max(dot(normal, landscape.towards_sun), 0.0) * ground_sunlit(from_eye));
+    let lit = sun + sky(normal, vec3(0.0, 1.0, 0.0));
+    let haze = 1.0 - exp(-length(from_eye) / landscape.haze);
+    return mix(albedo * lit, sky_color(vec3(from_eye.x, 0.0, from_eye.z)), haze);
 }
 
 fn sky_color(ray: vec3<f32>) -> vec3<f32> {

@@ -80,6 +80,9 @@ pub mod stochastic;
 
 pub mod effects;
 
+#[cfg(any(feature = "scene", feature = "textures"))]
+pub mod terrain;
+
 #[cfg(feature = "scene")]
 pub mod scene;
 

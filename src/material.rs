@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 mod decode;
 #[cfg(feature = "software")]
 pub(crate) mod encode;
-#[cfg(all(feature = "scene", feature = "textures"))]
+#[cfg(feature = "textures")]
 pub(crate) use decode::decode_grey;
 #[cfg(feature = "simplify")]
 pub(crate) use decode::{bound, decode_tga};

@@ -11,7 +11,7 @@ use std::{
 };
 
 /// The crate's modules, from the bottom layer up. A module may use itself and lower layers only.
-const LAYERS: [&[&str]; 13] = [
+const LAYERS: [&[&str]; 14] = [
     &["error"],
     &["bounds", "edge", "file", "hash", "memory", "random", "srgb"],
     &["camera", "crown"],
@@ -21,6 +21,7 @@ const LAYERS: [&[&str]; 13] = [
     &["import", "grow", "export", "model"],
     &["simplify", "extract", "stochastic"],
     &["effects"],
+    &["terrain"],
     &["scene", "draw"],
     &["software"],
     &["gpu", "measure"],
@@ -46,7 +47,7 @@ const ONLY_IN: [(&str, &[&str]); 3] = [
 /// Code that must not depend on the machine, so that the same input produces the same model
 /// everywhere. Square roots are rounded alike on all machines; other functions must come from
 /// `libm`.
-const SAME_EVERYWHERE: [&str; 13] = [
+const SAME_EVERYWHERE: [&str; 14] = [
     "bounds",
     "crown",
     "edge",
@@ -59,6 +60,7 @@ const SAME_EVERYWHERE: [&str; 13] = [
     "scene/patch/",
     "simplify/",
     "srgb",
+    "terrain/",
     "wood/",
 ];
 /// The bounds in this file only decide what is recomputed, so it may use the platform's logarithm,

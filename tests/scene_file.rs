@@ -2,8 +2,11 @@
 #![cfg(feature = "scene")]
 
 use foliage_lod::{
+    FoliageModel,
     effects::{FadeBy, FadeRule},
+    leaf::Vertex,
     scene::{Policy, SceneFile},
+    terrain::{HeightMap, Map},
 };
 use glam::DVec3;
 use std::path::Path;
@@ -33,7 +36,7 @@ fn the_samples_are_read_and_hold_what_they_say() {
     assert!(turntable.effects.wind.is_some() && nine.effects == Default::default());
     let fade = forest.effects.fade.unwrap();
     assert_eq!((fade.by, fade.rule, forest.effects.contrast), (FadeBy::Size, FadeRule::Window, None));
-    let quarter = turntable.look_at(3.0, 1.0, 0.1).unwrap();
+    let quarter = turntable.look_at(3.0, 1.0, 0.1, None).unwrap();
     assert!((quarter.eye - DVec3::new(22.0, 9.5, 0.0)).length() < 1e-9, "{quarter:?}");
 }
 
@@ -51,9 +54,9 @@ eye = [4, 0, 0]
 target = [5, 0, 0]
 "#;
     let scene = read(&format!("{SMALL}{path}")).unwrap();
-    let eye = |seconds| scene.look_at(seconds, 1.0, 0.1).unwrap().eye.x;
+    let eye = |seconds| scene.look_at(seconds, 1.0, 0.1, None).unwrap().eye.x;
     assert_eq!([-5.0, 1.0, 1.5, 2.0, 3.0, 1e9].map(eye), [0.0, 0.0, 1.0, 2.0, 4.0, 4.0]);
-    assert_eq!(read(SMALL).unwrap().look_at(0.0, 1.0, 0.1), None);
+    assert_eq!(read(SMALL).unwrap().look_at(0.0, 1.0, 0.1, None), None);
 }
 
 #[test]
@@ -109,6 +112,10 @@ fn errors_in_a_scene_name_line_key_and_allowed_values() {
             "line 13: unknown field `tint`",
             "`turn`",
         ),
+        ("[ground]\nheights = \"h.png\"\narea = [1, 1]", "line 8: ground.relief is missing", "given with `heights`"),
+        ("[ground]\nrelief = 3", "line 9: ground.relief is given", "given with `heights`"),
+        ("[ground]\ncolors = \"c.png\"", "line 8: ground.area is missing", "given with `heights` or `colors`"),
+        ("[ground]\narea = [0, 1]", "line 9: ground.area is 0", "from 0.001"),
         ("[[scatter]]\nmodels = []\ncount = 1\narea = [1, 1]", "line 9: scatter.0.models is empty", "oak"),
     ];
     for (added, what, allowed) in cases {
@@ -124,4 +131,22 @@ fn errors_in_a_scene_name_line_key_and_allowed_values() {
 fn numbers_of_a_rule_reach_the_rule() {
     let scene = read(&format!("{SMALL}[lod]\npolicy = \"cook\"\nstart = 5\nhalf_area = 0.25")).unwrap();
     assert_eq!((scene.lod.policy, scene.lod.start, scene.lod.half_area), (Policy::Cook, Some(5.0), Some(0.25)));
+}
+
+#[test]
+fn plants_and_walkers_stand_on_the_ground() {
+    let map = Map::new([2, 1], vec![0, 65535]).unwrap();
+    let ground = HeightMap::new(map, [0.0; 2], [40.0, 40.0], [5.0, 25.0]).unwrap();
+    let text = "[[models]]\nname = \"oak\"\nspecies = \"english-oak\"\n[[plants]]\nmodel = \"oak\"\nat = [20, 0.5, 3]\n\
+        [camera]\neye = [10, 1.7, 0]\ntarget = [30, 1, 0]\n";
+    let [fixed, walking] = [text.to_owned(), format!("{text}above_ground = true")].map(|text| read(&text).unwrap());
+    let eyes = |ground| [&fixed, &walking].map(|scene| scene.look_at(0.0, 1.0, 0.1, ground).unwrap());
+    let heights = |ground| eyes(ground).map(|look| [look.eye.y, look.target.y]);
+    assert_eq!(heights(Some(&ground)), [[1.7, 1.0], [6.7, 26.0]]);
+    assert_eq!(heights(None), [[1.7, 1.0]; 2]);
+    let mut model = FoliageModel::default();
+    let vertex = |y| Vertex { position: [0.0, y, 0.0], normal: [1.0, 0.0, 0.0], uv: [0.0; 2], color: [1.0; 4] };
+    model.plant.wood.vertices = vec![vertex(0.0), vertex(3.0)];
+    let y = |ground| fixed.planted(std::slice::from_ref(&model), ground).unwrap()[0].world_from_plant.translation.y;
+    assert_eq!(y(Some(&ground)) - y(None), 15.0);
 }

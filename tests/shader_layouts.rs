@@ -7,7 +7,7 @@ use foliage_lod::{
     draw::{
         Variant,
         records::{
-            CrownRecord, Event, FrameRecord, ImpostorRecord, InstanceRecord, LandscapeRecord, LookRecord,
+            CrownRecord, Event, FrameRecord, GroundRecord, ImpostorRecord, InstanceRecord, LandscapeRecord, LookRecord,
             MaterialRecord, MotionRays, PackedCorner, PackedLeaf, PackingRecord, Tone, bindings,
         },
         shaders,
@@ -146,6 +146,8 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
             "Landscape",
             [right, eye_height, up, haze, forward, scale, towards_sun, ground, perez, zenith, light_from_eye]
         );
+        let module = parsed(&shaders::ground_pass(&look));
+        assert_layout!(&module, GroundRecord, "GroundFrame", [clip_from_eye, clip_from_eye_before, jitter, has_colors]);
     }
 }
 
@@ -175,12 +177,18 @@ fn every_binding_has_the_number_that_rust_gives_it() {
         ("sways", EFFECTS, SWAYS),
         ("shadow_map", EFFECTS, SHADOW_MAP),
         ("shadow_sampler", EFFECTS, SHADOW_SAMPLER),
+        ("landscape", MODEL, 0),
+        ("ground", FRAME, GROUND),
+        ("ground_colors", FRAME, GROUND_COLORS),
+        ("ground_slopes", FRAME, GROUND_SLOPES),
+        ("ground_sampler", FRAME, GROUND_SAMPLER),
     ];
     let effects = Effects { shadow: Some(Shadow::default()), ..Effects::default() };
     let look = Look { effects, ..Look::default() };
     let mut seen = std::collections::HashSet::new();
     for variant in Variant::all() {
-        for wgsl in [shaders::leaf_pass, shaders::wood_pass, shaders::impostor_pass].map(|wgsl| wgsl(&look, variant)) {
+        let of_plants = [shaders::leaf_pass, shaders::wood_pass, shaders::impostor_pass];
+        for wgsl in of_plants.map(|wgsl| wgsl(&look, variant)).into_iter().chain([shaders::ground_pass(&look)]) {
             for (_, global) in parsed(&wgsl).global_variables.iter() {
                 let (Some(name), Some(binding)) = (&global.name, &global.binding) else { continue };
                 let known = expected.iter().find(|(known, ..)| known == name);

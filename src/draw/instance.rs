@@ -114,6 +114,25 @@ pub struct Prepared {
     pub far: FarCounts,
     /// Frames of live impostors.
     pub live: LiveCounts,
+    /// Triangles of ground with heights.
+    pub ground: GroundCounts,
+}
+
+/// Numbers of the drawn ground; 0 without a [`Terrain`](crate::terrain::Terrain).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GroundCounts {
+    /// Triangles.
+    pub triangles: u32,
+    /// How often the error of the triangles was doubled so that there are not too many.
+    pub coarser: u32,
+}
+
+#[cfg(feature = "software")]
+impl GroundCounts {
+    /// Those of a mesh.
+    pub(crate) fn of(mesh: &crate::terrain::GroundMesh) -> Self {
+        Self { triangles: (mesh.points.len() / 3) as u32, coarser: mesh.coarser }
+    }
 }
 
 /// Numbers of frames of live impostors.

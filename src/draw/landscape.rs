@@ -4,7 +4,8 @@
 //! Each pixel has the colour seen along its ray: the ground where the ray meets it, hazier with
 //! distance, otherwise the sky.
 //!
-//! Limits: the ground is level and lies behind all plants; an eye below it sees no ground.
+//! Limits: this ground is level and lies behind all plants; an eye below it sees none. Ground with
+//! heights is a [`Terrain`](crate::terrain::Terrain), which renderers draw over it.
 
 use super::light::Lighting;
 use crate::{Camera, Error, Result, effects::sky::Daylight};
@@ -15,12 +16,21 @@ use glam::Vec3;
 pub(crate) const ZENITH_FROM: f32 = 0.7;
 pub(crate) const FLOOR_FROM: f32 = 0.4;
 
-/// Level ground.
+/// Fraction of the sides of a drawn ground's area over which its colours fade into the look's
+/// beyond the area.
+pub(crate) const FADES_OVER: f32 = 0.05;
+
+/// Distance up to which ground with heights goes on beyond its area, in distances of the haze: 0.03
+/// % of its light is left there.
+#[cfg(feature = "software")]
+pub(crate) const REACH: f64 = 8.0;
+
+/// Level ground, and what all ground has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ground {
-    /// Linear colour.
+    /// Linear colour; of ground with heights where it has no colours of its own.
     pub color: [f32; 3],
-    /// Height in world space.
+    /// Height in world space; ground with heights has its own.
     pub height: f64,
     /// Distance, in world units, at which haze leaves 1/e (about a third) of the ground's own
     /// light; above 0.

@@ -67,6 +67,20 @@ impl Look {
         self.effects.check()
     }
 
+    /// Checks that ground with heights can be drawn, if it is asked for.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`](crate::Error::InvalidOption) without a ground.
+    #[cfg(feature = "software")]
+    pub(crate) fn check_terrain(&self, is_given: bool) -> Result<()> {
+        match self.ground {
+            None if is_given => {
+                Err(crate::Error::invalid("terrain", "given", "left out, or given with a look with a ground"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Whether the mean shaded colour of a model's leaves is needed.
     #[cfg(feature = "software")]
     pub(crate) fn tones(&self, growth: &crate::model::Growth) -> bool {

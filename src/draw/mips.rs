@@ -84,7 +84,6 @@ impl Mips {
     }
 
     /// Number of levels.
-    #[cfg(feature = "render")]
     pub(crate) fn count(&self) -> usize {
         self.levels.len()
     }

@@ -13,6 +13,8 @@
 pub(crate) mod eye;
 pub(crate) mod facts;
 pub(crate) mod frame_list;
+#[cfg(feature = "software")]
+pub(crate) mod ground;
 pub(crate) mod handover;
 pub(crate) mod instance;
 pub(crate) mod landscape;
@@ -41,7 +43,7 @@ pub mod shaders;
 pub use eye::Eye;
 pub use facts::{Facts, ModelFacts};
 pub use frame_list::{Batch, FrameList, ImpostorDraw, WoodDraw};
-pub use instance::{FarCounts, Frame, Instance, LiveCounts, ModelId, Prepared, ScalesId};
+pub use instance::{FarCounts, Frame, GroundCounts, Instance, LiveCounts, ModelId, Prepared, ScalesId};
 pub use landscape::{Ground, Landscape, Rays};
 pub use light::Lighting;
 pub use look::{Coloring, Look, Variant};

@@ -342,6 +342,22 @@ pub struct LandscapeRecord {
     pub light_from_eye: [[f32; 4]; 4],
 }
 
+/// Uniforms of `ground_pass.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct GroundRecord {
+    /// Transform from world space relative to the eye to clip space.
+    pub clip_from_eye: [[f32; 4]; 4],
+    /// The previous frame's, from the same space.
+    pub clip_from_eye_before: [[f32; 4]; 4],
+    /// Shift of the picture, in clip space.
+    pub jitter: [f32; 2],
+    /// 1 if there is a picture of the colours, else 0.
+    pub has_colors: u32,
+    /// Padding to a multiple of 16 bytes.
+    pub padding: u32,
+}
+
 /// Uniforms of `landscape_motion.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -404,6 +420,15 @@ pub mod bindings {
     pub const SURFACES: u32 = 12;
     /// Sampler of both.
     pub const CLAMPING: u32 = 13;
+
+    /// Uniform: the frame of the ground, which has a group of its own in place of the frame's.
+    pub const GROUND: u32 = 0;
+    /// Texture of the ground's colours.
+    pub const GROUND_COLORS: u32 = 1;
+    /// Texture of the ground's slopes.
+    pub const GROUND_SLOPES: u32 = 2;
+    /// Sampler of both.
+    pub const GROUND_SAMPLER: u32 = 3;
 
     /// Storage: one record for each instance.
     pub const INSTANCES: u32 = 0;

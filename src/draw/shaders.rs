@@ -6,7 +6,7 @@
 
 use super::{
     handover::WHOLE_SHARE,
-    landscape::{FLOOR_FROM, ZENITH_FROM},
+    landscape::{FADES_OVER, FLOOR_FROM, ZENITH_FROM},
     light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
     look::{Coloring, Look, Variant},
     records::{
@@ -102,8 +102,21 @@ pub fn landscape_motion(has_ground: bool) -> String {
     source.with_part(COVER).with_body(include_str!("../../shaders/landscape_motion.wgsl"))
 }
 
-/// WGSL of the sky and the ground.
+/// WGSL of the sky and the level ground.
 pub fn landscape_pass(look: &Look) -> String {
+    landscape(look).with_body(include_str!("../../shaders/landscape_pass.wgsl"))
+}
+
+/// WGSL of ground with heights, in the picture, the shadow map and the motion vectors.
+pub fn ground_pass(look: &Look) -> String {
+    landscape(look)
+        .constant_f32("FADES_OVER", FADES_OVER)
+        .with_part(include_str!("../../shaders/landscape_pass.wgsl"))
+        .with_body(include_str!("../../shaders/ground_pass.wgsl"))
+}
+
+/// Constants and parts of what lies behind plants.
+fn landscape(look: &Look) -> ShaderSource {
     let shadow: [&str; 2] = match look.effects.shadow {
         Some(_) => [
             include_str!("../../shaders/shadow.wgsl"),
@@ -126,7 +139,6 @@ pub fn landscape_pass(look: &Look) -> String {
         .with_part(shadow[0])
         .with_part(shadow[1])
         .with_part(COVER)
-        .with_body(include_str!("../../shaders/landscape_pass.wgsl"))
 }
 
 /// Shadow bias along the light, in texels of the shadow map: a surface this far behind the stored

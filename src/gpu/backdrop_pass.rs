@@ -1,6 +1,6 @@
 //! Backdrop pass: draws a soft gradient from ground to sky over the whole target.
 
-use super::pipeline::{PassDescription, TargetFormat};
+use super::pipeline::{PassDescription, Surface, TargetFormat};
 use crate::draw::shaders;
 
 /// Pipeline of the backdrop. Draw it before the plants.
@@ -17,7 +17,7 @@ impl Backdrop {
             entry_points: ["cover_corner", "backdrop"],
             layouts: Vec::new(),
             vertex_buffers: &[],
-            surface: None,
+            surface: Surface::Backdrop,
         };
         Self { pipeline: pipeline.pipeline(device, target) }
     }

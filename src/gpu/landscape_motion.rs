@@ -2,7 +2,7 @@
 
 use super::{
     bindings::uniform,
-    pipeline::{PassDescription, Target, TargetFormat},
+    pipeline::{PassDescription, Surface, Target, TargetFormat},
 };
 use crate::{
     Result,
@@ -32,7 +32,7 @@ impl LandscapeMotion {
             entry_points: ["cover_corner", "landscape_motion"],
             layouts: vec![Some(&own)],
             vertex_buffers: &[],
-            surface: None,
+            surface: Surface::Backdrop,
         };
         Self { pipeline: pass.pipeline(device, Target::Motion(target)), rays, bindings }
     }

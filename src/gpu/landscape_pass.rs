@@ -2,7 +2,7 @@
 
 use super::{
     bindings::uniform,
-    pipeline::{PassDescription, TargetFormat},
+    pipeline::{PassDescription, Surface, TargetFormat},
 };
 use crate::{
     Result,
@@ -21,6 +21,7 @@ use glam::{Mat4, Vec3};
 pub(super) struct LandscapePass {
     pipeline: wgpu::RenderPipeline,
     record: wgpu::Buffer,
+    layout: wgpu::BindGroupLayout,
     bindings: wgpu::BindGroup,
 }
 
@@ -43,9 +44,19 @@ impl LandscapePass {
                 None => vec![Some(&own)],
             },
             vertex_buffers: &[],
-            surface: None,
+            surface: Surface::Backdrop,
         };
-        Self { pipeline: pipeline.pipeline(device, target), record, bindings }
+        Self { pipeline: pipeline.pipeline(device, target), record, layout: own, bindings }
+    }
+
+    /// Layout of [`bindings`](Self::bindings).
+    pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layout
+    }
+
+    /// The uniforms.
+    pub(super) fn bindings(&self) -> &wgpu::BindGroup {
+        &self.bindings
     }
 
     /// # Errors

@@ -35,7 +35,7 @@ type Key = (Part, Depth, Variant);
 /// Pipelines, buffers and draw lists of one kind of target.
 pub(super) struct Layer {
     pub(super) look: Look,
-    target: Target,
+    pub(super) target: Target,
     layouts: Vec<wgpu::BindGroupLayout>,
     /// The same with the impostor's layout in place of the model's, if the look hands plants over.
     impostor_layouts: Vec<wgpu::BindGroupLayout>,

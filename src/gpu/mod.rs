@@ -10,8 +10,10 @@ mod buffers;
 #[cfg(feature = "simplify")]
 pub(crate) mod capture;
 mod device;
+mod diagnostics;
 mod effect_buffers;
 mod frame_thread;
+mod ground_pass;
 mod guard;
 mod impostor_buffers;
 mod landscape_motion;
@@ -31,7 +33,8 @@ pub use backdrop_pass::Backdrop;
 #[cfg(feature = "simplify")]
 pub use capture::GpuFragments;
 pub use device::{GpuDevice, GpuOptions, one_line};
+pub use diagnostics::Diagnostics;
 pub use guard::{guarded, is_guarding};
 pub use offscreen::{MOTION, Offscreen, TARGET, texture};
 pub use pipeline::TargetFormat;
-pub use renderer::{Diagnostics, FoliageRenderer};
+pub use renderer::FoliageRenderer;

@@ -4,7 +4,7 @@ use super::shadow_map::ShadowMap;
 use crate::{Depth, draw::look::Coloring};
 
 /// Formats and sample count of a render target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TargetFormat {
     /// Colour format. For a format that is not sRGB, the shaders encode the colour as sRGB.
     pub color: wgpu::TextureFormat,
@@ -16,7 +16,7 @@ pub struct TargetFormat {
 }
 
 /// Kind of target that a pass draws into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Target {
     /// A picture.
     Picture(TargetFormat),
@@ -24,6 +24,17 @@ pub(super) enum Target {
     Shadow,
     /// Motion vectors: two components per pixel.
     Motion(TargetFormat),
+}
+
+/// What a pass draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Surface {
+    /// What lies behind everything: neither tests nor writes depth.
+    Backdrop,
+    /// Ground with heights, under a depth convention.
+    Ground(Depth),
+    /// Plants, in some colouring, under a depth convention.
+    Plants(Coloring, Depth),
 }
 
 /// Description of a pass, from which its pipeline is created.
@@ -34,9 +45,7 @@ pub(super) struct PassDescription<'a> {
     pub(super) entry_points: [&'a str; 2],
     pub(super) layouts: Vec<Option<&'a wgpu::BindGroupLayout>>,
     pub(super) vertex_buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
-    /// For plants: the colouring, and the depth convention of the depth test. `None` for
-    /// backgrounds, which neither test nor write depth.
-    pub(super) surface: Option<(Coloring, Depth)>,
+    pub(super) surface: Surface,
 }
 
 impl PassDescription<'_> {
@@ -57,25 +66,28 @@ impl PassDescription<'_> {
             Target::Shadow => (None, ShadowMap::FORMAT, 1),
         };
         let is_encoded = color.is_some_and(|color| !color.is_srgb());
-        let is_surface = self.surface.is_some();
-        let (coloring, depth_order) = self.surface.unwrap_or_default();
+        let (coloring, depth_order) = match self.surface {
+            Surface::Backdrop => (Coloring::Picture, None),
+            Surface::Ground(depth) => (Coloring::Picture, Some(depth)),
+            Surface::Plants(coloring, depth) => (coloring, Some(depth)),
+        };
         let constants = [
             ("ENCODE_SRGB", f64::from(u8::from(is_encoded))),
             ("SAMPLES", f64::from(samples)),
             ("COLORING", f64::from(coloring.number())),
         ];
         let compilation_options = wgpu::PipelineCompilationOptions {
-            constants: match (is_surface, target) {
-                (true, _) => &constants,
-                (false, Target::Motion(_)) => &[],
-                (false, _) => &constants[..1],
+            constants: match (self.surface, target) {
+                (Surface::Plants(..), _) => &constants,
+                (Surface::Backdrop, Target::Motion(_)) => &[],
+                _ => &constants[..1],
             },
             ..Default::default()
         };
-        let compare = match (is_surface, depth_order) {
-            (false, _) => wgpu::CompareFunction::Always,
-            (true, Depth::Reversed) => wgpu::CompareFunction::Greater,
-            (true, Depth::Standard) => wgpu::CompareFunction::Less,
+        let compare = match depth_order {
+            None => wgpu::CompareFunction::Always,
+            Some(Depth::Reversed) => wgpu::CompareFunction::Greater,
+            Some(Depth::Standard) => wgpu::CompareFunction::Less,
         };
         // Plants write an alpha of 1 to the samples that they cover.
         let write_mask = wgpu::ColorWrites::ALL;
@@ -92,7 +104,7 @@ impl PassDescription<'_> {
             primitive: wgpu::PrimitiveState { polygon_mode: polygon_mode(coloring, device), ..Default::default() },
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: depth,
-                depth_write_enabled: Some(is_surface),
+                depth_write_enabled: Some(depth_order.is_some()),
                 depth_compare: Some(compare),
                 stencil: Default::default(),
                 bias: Default::default(),

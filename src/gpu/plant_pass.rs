@@ -8,7 +8,7 @@
 
 use super::{
     bindings::bound,
-    pipeline::{PassDescription, Target},
+    pipeline::{PassDescription, Surface, Target},
 };
 use crate::{
     Depth,
@@ -92,7 +92,7 @@ pub(super) fn pipeline(
         entry_points,
         layouts: bound(layouts, look, variant),
         vertex_buffers: &vertex_buffers,
-        surface: Some((coloring(part, look), depth)),
+        surface: Surface::Plants(coloring(part, look), depth),
     }
     .pipeline(device, target)
 }

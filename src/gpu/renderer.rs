@@ -23,7 +23,9 @@ use super::{
     bindings::{impostor_layout, layouts, map_layout, sampler},
     buffers::{buffer, grow},
     device::check_device,
+    diagnostics::Diagnostics,
     effect_buffers::EffectBuffers,
+    ground_pass::GroundPass,
     impostor_buffers::{ImpostorBuffers, check_layers},
     landscape_motion::LandscapeMotion,
     landscape_pass::LandscapePass,
@@ -35,13 +37,13 @@ use super::{
     shadow_pass::ShadowPass,
 };
 use crate::{
-    Error, Result,
+    Depth, Error, Result,
     draw::{
         eye::Eye,
         facts::{Facts, ModelFacts},
         instance::{Frame, Instance, LiveCounts, ModelId, Prepared, ScalesId},
         live::Needed,
-        look::{Coloring, Look, Variant},
+        look::{Coloring, Look},
         packed::Packed,
         pages::Pages,
         records::bindings,
@@ -52,10 +54,11 @@ use crate::{
     extract::Swap,
     model::FoliageModel,
     software::{LiveImpostors, mean_leaf_color},
+    terrain::Terrain,
 };
 use glam::DMat4;
 use range_alloc::RangeAllocator;
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 /// Draws instances of foliage models with wgpu, into the caller's render passes.
 ///
@@ -67,6 +70,8 @@ pub struct FoliageRenderer {
     landscape: Option<LandscapePass>,
     motion: Option<Layer>,
     landscape_motion: Option<LandscapeMotion>,
+    /// Present if there is ground with heights.
+    ground: Option<GroundPass>,
     model_layout: wgpu::BindGroupLayout,
     /// Present if the look hands plants over to impostors.
     impostor_layout: Option<wgpu::BindGroupLayout>,
@@ -78,34 +83,6 @@ pub struct FoliageRenderer {
     scales: wgpu::Buffer,
     /// Free and used ranges of `scales`, in leaves (4 bytes each).
     ranges: RangeAllocator<u32>,
-}
-
-/// Pipelines and buffers that a renderer has created.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Diagnostics {
-    /// Number of loaded models.
-    pub models: usize,
-    /// Total size in bytes of the models' buffers: of leaves with their timelines, and of wood.
-    /// What both need, such as materials and looks, counts as leaves; textures are not counted.
-    pub model_bytes: [u64; 2],
-    /// Total size in bytes of the models' impostors; 0 unless the look hands plants over.
-    pub impostor_bytes: u64,
-    /// Number of frames that live impostors have.
-    pub live_frames: u32,
-    /// Number of pipelines that draw impostors.
-    pub impostor_pipelines: usize,
-    /// Variants of the leaf pass that have pipelines.
-    pub leaf_variants: Vec<Variant>,
-    /// Variants of the wood pass that have pipelines.
-    pub wood_variants: Vec<Variant>,
-    /// Names of the passes other than leaves and wood.
-    pub passes: Vec<&'static str>,
-    /// Labels of the effect buffers and textures.
-    pub effect_buffers: Vec<&'static str>,
-    /// Total size in bytes of the effect buffers and textures.
-    pub effect_bytes: u64,
-    /// Number of drawn scales that plants keep, and the capacity of their buffer in scales.
-    pub scales: [u32; 2],
 }
 
 impl FoliageRenderer {
@@ -138,6 +115,7 @@ impl FoliageRenderer {
             shadow,
             motion: None,
             landscape_motion: None,
+            ground: None,
             sampler: sampler(device),
             facts: Facts::default(),
             models: Buffers::default(),
@@ -170,6 +148,23 @@ impl FoliageRenderer {
         Ok(self)
     }
 
+    /// Draws ground with heights from now on, which casts and receives shadows; `None` draws only
+    /// what the look says.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] if the look has no ground; [`Error::TooLarge`] for pictures that
+    /// exceed the device's limits.
+    pub fn set_terrain(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        terrain: Option<Arc<Terrain>>,
+    ) -> Result<()> {
+        self.look().check_terrain(terrain.is_some())?;
+        self.ground = terrain.map(|terrain| GroundPass::new(device, queue, terrain)).transpose()?;
+        Ok(())
+    }
+
     /// Changes the colouring of leaves. The next [`prepare`](Self::prepare) recompiles the leaf
     /// pipelines.
     pub fn set_coloring(&mut self, coloring: Coloring) {
@@ -192,6 +187,7 @@ impl FoliageRenderer {
     pub fn diagnostics(&self) -> Diagnostics {
         let shadow = self.shadow.iter().map(|_| "shadow map");
         let motion = self.motion.iter().map(|_| "motion vectors");
+        let ground = self.ground.iter().map(|_| "ground");
         let effects = self.picture.effects.as_ref();
         let bounds = self.ranges.initial_range();
         Diagnostics {
@@ -209,7 +205,7 @@ impl FoliageRenderer {
                 .sum(),
             leaf_variants: self.picture.compiled(Part::Leaves),
             wood_variants: self.picture.compiled(Part::Wood),
-            passes: shadow.chain(self.landscape.iter().map(|_| "landscape")).chain(motion).collect(),
+            passes: shadow.chain(self.landscape.iter().map(|_| "landscape")).chain(ground).chain(motion).collect(),
             effect_buffers: effects.map_or_else(Vec::new, EffectBuffers::labels),
             effect_bytes: effects.map_or(0, EffectBuffers::bytes),
             scales: [self.ranges.allocated_ranges().map(|range| range.len() as u32).sum(), bounds.len() as u32],
@@ -394,6 +390,12 @@ impl FoliageRenderer {
             layer.prepare(device, queue, &self.facts, &Eye::of_motion(frame), instances, &self.scales)?;
         }
         let mut prepared = self.picture.prepare(device, queue, &self.facts, &eye, instances, &self.scales)?;
+        if let (Some(ground), Some(landscape)) = (&mut self.ground, &self.landscape) {
+            let layers = [Some(&self.picture), self.motion.as_ref()];
+            let shadow = self.shadow.as_ref().map(|_| (Target::Shadow, Depth::Standard));
+            let targets = layers.into_iter().flatten().map(|layer| (layer.target, layer.depth)).chain(shadow);
+            prepared.ground = ground.prepare(device, queue, frame, &self.picture.look, landscape, targets);
+        }
         prepared.effects.shadow = shadow;
         let pending = self.with_live(device, queue, |live, needed, to| live.ask(to.facts, needed))?;
         prepared.live = LiveCounts { made, pending, appearing: self.live_frames()[1] };
@@ -447,7 +449,7 @@ impl FoliageRenderer {
     /// [`render`](Self::render).
     pub fn render_before(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(shadow) = &self.shadow {
-            shadow.render(encoder, &self.models);
+            shadow.render(encoder, &self.models, |pass| self.render_ground(pass, Target::Shadow, Depth::Standard));
         }
     }
 
@@ -460,7 +462,14 @@ impl FoliageRenderer {
             }
             landscape.render(pass);
         }
+        self.render_ground(pass, self.picture.target, self.picture.depth);
         self.picture.render(pass, &self.models);
+    }
+
+    fn render_ground(&self, pass: &mut wgpu::RenderPass<'_>, target: Target, depth: Depth) {
+        if let (Some(ground), Some(landscape)) = (&self.ground, &self.landscape) {
+            ground.render(pass, target, depth, landscape);
+        }
     }
 
     /// Draws motion vectors of the prepared frame, if [`with_motion`](Self::with_motion) has
@@ -474,6 +483,7 @@ impl FoliageRenderer {
             landscape.render(pass);
         }
         if let Some(layer) = &self.motion {
+            self.render_ground(pass, layer.target, layer.depth);
             layer.render(pass, &self.models);
         }
     }

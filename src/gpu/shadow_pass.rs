@@ -106,8 +106,13 @@ impl ShadowPass {
         self.layer.forget_bindings();
     }
 
-    /// Draws the map.
-    pub(super) fn render(&self, encoder: &mut wgpu::CommandEncoder, models: &Buffers) {
+    /// Draws the map: plants, and what `others` draws.
+    pub(super) fn render(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        models: &Buffers,
+        others: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadow map"),
             color_attachments: &[],
@@ -121,6 +126,7 @@ impl ShadowPass {
             }),
             ..Default::default()
         });
+        others(&mut pass);
         self.layer.render(&mut pass, models);
     }
 }

@@ -87,6 +87,26 @@ impl Texture {
     }
 }
 
+impl Pixels {
+    /// Reads a PNG, JPEG or WebP file.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Unreadable`] for a file of another kind, and as
+    /// [`Texture::decode`].
+    pub fn read(path: impl AsRef<std::path::Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let extension = path.extension().map_or(String::new(), |end| end.to_string_lossy().to_lowercase());
+        let format = match &extension[..] {
+            "png" => TextureFormat::Png,
+            "jpg" | "jpeg" => TextureFormat::Jpeg,
+            "webp" => TextureFormat::Webp,
+            _ => return Err(Error::unreadable(path, "is no .png, .jpg or .webp", "save the picture as a PNG")),
+        };
+        Texture { name: path.display().to_string(), format, bytes }.decode()
+    }
+}
+
 /// A decoder that refuses large sides and large auxiliary data.
 fn limited(bytes: &[u8], format: image::ImageFormat) -> image::ImageResult<impl ImageDecoder + '_> {
     let mut limits = Limits::default();
@@ -118,7 +138,6 @@ pub(crate) fn decode_tga(bytes: &[u8]) -> std::result::Result<Pixels, String> {
 ///
 /// # Errors
 /// The reason, in a few words.
-#[cfg(feature = "scene")]
 pub(crate) fn decode_grey(
     bytes: &[u8],
     format: image::ImageFormat,

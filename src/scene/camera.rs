@@ -21,6 +21,9 @@ pub struct CameraEntry {
     /// Stations by increasing time, instead of `eye`; interpolated linearly.
     #[serde(default)]
     pub path: Vec<Station>,
+    /// Whether all heights of the camera are above the ground below it, as of somebody who walks.
+    #[serde(default)]
+    pub above_ground: bool,
 }
 
 fn default_fov() -> f64 {

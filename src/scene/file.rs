@@ -9,6 +9,7 @@ use super::{
     camera::CameraEntry,
     check::{offset_of, wrong_if},
     footing::Footing,
+    ground::GroundEntry,
     lod::Lod,
     patch::PatchEntry,
     scatter::{Scatter, Spot},
@@ -19,6 +20,7 @@ use crate::{
     error::check_range,
     extract::Far,
     model::FoliageModel,
+    terrain::HeightMap,
 };
 use glam::{DAffine3, DVec3};
 use serde::Deserialize;
@@ -66,26 +68,6 @@ pub struct SceneFile {
 
 fn on() -> bool {
     true
-}
-
-/// A horizontal ground plane.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GroundEntry {
-    /// Linear colour, each channel from 0 to 1.
-    pub color: [f32; 3],
-    /// Height of the plane.
-    pub height: f64,
-    /// Distance at which a third of the ground's own light arrives; by default large compared to
-    /// the plants.
-    pub haze: Option<f64>,
-}
-
-impl Default for GroundEntry {
-    /// Grass at height 0.
-    fn default() -> Self {
-        Self { color: [0.10, 0.15, 0.05], height: 0.0, haze: None }
-    }
 }
 
 /// Source of a model: a file, or a species that is grown and simplified when the scene is opened.
@@ -193,22 +175,26 @@ impl SceneFile {
     }
 
     /// Positions of all plants but those of patches; `models` are the scene's models, in its order.
+    /// Heights of the file are above `ground`, if it is given.
     ///
     /// # Errors
     /// [`Error::InvalidOption`] if a scattering does not fit into its area.
-    pub fn planted(&self, models: &[FoliageModel]) -> Result<Vec<Planted>> {
+    pub fn planted(&self, models: &[FoliageModel], ground: Option<&HeightMap>) -> Result<Vec<Planted>> {
         let standing: Vec<Footing> =
             self.models.iter().zip(models).map(|(source, model)| Footing::new(model, source.height)).collect();
         let number = |name: &str| self.model_number(name);
+        let raised = |at: DVec3| at + DVec3::Y * ground.map_or(0.0, |ground| ground.height([at.x, at.z]));
         let mut planted = Vec::new();
         for plant in &self.plants {
             let model = number(&plant.model);
-            let place = Spot { at: DVec3::from(plant.at), turn: plant.turn.to_radians(), scale: plant.scale, kind: 0 };
+            let at = raised(plant.at.into());
+            let place = Spot { at, turn: plant.turn.to_radians(), scale: plant.scale, kind: 0 };
             planted.push(Planted { model, world_from_plant: standing[model].world_from_plant(&place) });
         }
         for scatter in &self.scatter {
             for spot in scatter.spots()? {
                 let model = number(&scatter.models[spot.kind]);
+                let spot = Spot { at: raised(spot.at), ..spot };
                 planted.push(Planted { model, world_from_plant: standing[model].world_from_plant(&spot) });
             }
         }
@@ -221,8 +207,14 @@ impl SceneFile {
     }
 
     /// The camera at a time, with a near plane at `near`; `None` if the scene has none.
-    pub fn look_at(&self, seconds: f64, aspect: f64, near: f64) -> Option<LookAt> {
-        self.camera.as_ref()?.look_at(seconds, aspect, near)
+    /// [`above_ground`](CameraEntry::above_ground) is above `ground`, if it is given.
+    pub fn look_at(&self, seconds: f64, aspect: f64, near: f64, ground: Option<&HeightMap>) -> Option<LookAt> {
+        let camera = self.camera.as_ref()?;
+        let mut look = camera.look_at(seconds, aspect, near)?;
+        if let Some(ground) = ground.filter(|_| camera.above_ground) {
+            [&mut look.eye, &mut look.target].into_iter().for_each(|at| at.y += ground.height([at.x, at.z]));
+        }
+        Some(look)
     }
 
     fn check(&self) -> Result<()> {
@@ -273,10 +265,7 @@ impl SceneFile {
         check_range("sun.azimuth", self.sun.azimuth, -360.0..=360.0)?;
         check_range("sun.elevation", self.sun.elevation, -5.0..=90.0)?;
         self.lod.check()?;
-        let ground = self.ground.unwrap_or_default();
-        ground.color.iter().try_for_each(|&channel| check_range("ground.color", channel, 0.0..=1.0))?;
-        check_range("ground.height", ground.height, -1e9..=1e9)?;
-        check_range("ground.haze", ground.haze.unwrap_or(1.0), 1e-6..=1e12)?;
+        self.ground.as_ref().map_or(Ok(()), GroundEntry::check)?;
         self.far.map_or(Ok(()), |far| far.check())?;
         self.effects.check()
     }

@@ -11,14 +11,16 @@ mod check;
 mod file;
 mod footing;
 mod frustum;
+mod ground;
 mod grove;
 mod lod;
 pub mod patch;
 mod scatter;
 
 pub use camera::{CameraEntry, Orbit, Station};
-pub use file::{GroundEntry, MAX_PLANTS, ModelSource, PlantEntry, Planted, SceneFile, Sun};
+pub use file::{MAX_PLANTS, ModelSource, PlantEntry, Planted, SceneFile, Sun};
 pub use footing::Footing;
+pub use ground::GroundEntry;
 pub use grove::{Active, Grove, Kind, Placement};
 pub use lod::{Lod, Policy};
 pub use scatter::{Scatter, Spot};

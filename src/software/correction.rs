@@ -6,7 +6,7 @@ use super::{
     Background, DrawOptions, Image,
     baker::{Baker, Texels, pages},
     frame_pages::FramePages,
-    painter::mean_color,
+    painter::{Contents, mean_color},
     sprite::PlacedImpostor,
 };
 use crate::{
@@ -134,7 +134,10 @@ impl Compared<'_> {
             share: 1.0,
             seed: 0,
         };
-        let draw = |camera: &Camera| painter.draw_all(&[], &[placed], camera, [camera.height_px; 2], options);
+        let draw = |camera: &Camera| {
+            let contents = Contents { impostors: &[placed], ..Contents::default() };
+            painter.draw_all(&contents, camera, [camera.height_px; 2], options)
+        };
         views.par_iter().map(draw).collect()
     }
 }

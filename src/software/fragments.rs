@@ -27,7 +27,7 @@ pub fn leaf_fragments(list: &DrawList<'_>, camera: &Camera, size: [u32; 2]) -> R
     check_size(size)?;
     camera.check()?;
     let placed = [Placed::new(list, DAffine3::IDENTITY)];
-    let projected = project(&placed, &[], camera, size, &bare());
+    let projected = project(&placed, &[], &[], camera, size, &bare());
     Ok(projected.triangles.iter().map(|triangle| pixels(&projected, triangle, size.map(i64::from))).sum())
 }
 
@@ -133,7 +133,7 @@ mod tests {
         plant.leaves[0].indices = [0, 3];
         let size = [40, 40];
         let list = DrawList::of_plant(&plant);
-        let projected = project(&[Placed::new(&list, DAffine3::IDENTITY)], &[], &look().camera(40), size, &bare());
+        let projected = project(&[Placed::new(&list, DAffine3::IDENTITY)], &[], &[], &look().camera(40), size, &bare());
         let [a, b, c] = projected.triangles[0].corners.map(|corner| projected.corners[corner as usize].at);
         let side = |from: [i64; 2], to: [i64; 2], p: [i64; 2]| {
             (to[0] - from[0]) * (p[1] - from[1]) - (to[1] - from[1]) * (p[0] - from[0])

@@ -16,6 +16,7 @@ mod baker;
 mod correction;
 mod fragments;
 mod frame_pages;
+mod ground;
 mod image;
 mod landscape;
 mod light;

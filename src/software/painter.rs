@@ -1,6 +1,7 @@
 //! Draws lists of parts, all with one set of materials, into a picture.
 
 use super::{
+    ground::PlacedGround,
     image::{Image, MAX_IMAGE_SIDE},
     landscape::{self, ray_through},
     light,
@@ -27,6 +28,14 @@ use crate::{
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
+
+/// Contents of a picture.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Contents<'a> {
+    pub(super) plants: &'a [Placed<'a>],
+    pub(super) impostors: &'a [PlacedImpostor<'a>],
+    pub(super) ground: Option<&'a PlacedGround<'a>>,
+}
 
 /// Draws parts of plants; keeps the decoded textures of their materials between pictures.
 pub struct Painter<'a> {
@@ -77,17 +86,16 @@ impl<'a> Painter<'a> {
         size: [u32; 2],
         options: &DrawOptions,
     ) -> Result<Image> {
-        self.draw_all(plants, &[], camera, size, options)
+        self.draw_all(&Contents { plants, ..Contents::default() }, camera, size, options)
     }
 
-    /// Same as [`draw_placed`](Self::draw_placed), with impostors.
+    /// Same as [`draw_placed`](Self::draw_placed), with all that there is.
     ///
     /// # Errors
     /// Same as [`draw`](Self::draw).
     pub(super) fn draw_all(
         &self,
-        plants: &[Placed<'_>],
-        impostors: &[PlacedImpostor<'_>],
+        contents: &Contents<'_>,
         camera: &Camera,
         size: [u32; 2],
         options: &DrawOptions,
@@ -97,7 +105,7 @@ impl<'a> Painter<'a> {
             _ => None,
         };
         let behind = Behind { size, rays, eye_height: camera.eye.y };
-        let pixels = self.pixels(plants, impostors, camera, size, options, |tile, at, pixel, scene| {
+        let pixels = self.pixels(contents, camera, size, options, |tile, at, pixel, scene| {
             let (color, share) = tile.resolve(at[0], at[1], scene);
             let sky = behind.color(pixel, options.background);
             finished(color, share, sky, options.background, scene.srgb)
@@ -112,15 +120,15 @@ impl<'a> Painter<'a> {
     pub(super) fn surfaces(&self, list: &DrawList<'_>, camera: &Camera, size: [u32; 2]) -> Result<Vec<Surfaces>> {
         let placed = [Placed::new(list, DAffine3::IDENTITY)];
         let options = DrawOptions::default();
-        self.pixels(&placed, &[], camera, size, &options, |tile, [x, y], _, scene| tile.surfaces(x, y, scene))
+        let contents = Contents { plants: &placed, ..Contents::default() };
+        self.pixels(&contents, camera, size, &options, |tile, [x, y], _, scene| tile.surfaces(x, y, scene))
     }
 
     /// Rasterises everything and returns what `finish` makes of each pixel, rows from the top. It
     /// gets the tile, the pixel's place in it and in the picture.
     fn pixels<T: Copy + Send>(
         &self,
-        plants: &[Placed<'_>],
-        impostors: &[PlacedImpostor<'_>],
+        contents: &Contents<'_>,
         camera: &Camera,
         size: [u32; 2],
         options: &DrawOptions,
@@ -128,13 +136,17 @@ impl<'a> Painter<'a> {
     ) -> Result<Vec<T>> {
         check_size(size)?;
         camera.check()?;
-        let plants: Vec<_> = plants.iter().filter(|plant| plant.is_sound()).copied().collect();
-        let projected = project(&plants, &self.mips, camera, size, options);
+        let plants: Vec<_> = contents.plants.iter().filter(|plant| plant.is_sound()).copied().collect();
+        let ground = contents.ground.map_or(&[][..], |ground| &ground.mesh.points);
+        let projected = project(&plants, ground, &self.mips, camera, size, options);
         let lights: Vec<_> = plants.iter().map(|plant| plant.light(camera.eye, &options.lighting)).collect();
         let tones: Vec<_> = plants.iter().map(|plant| plant.tone.or(options.tone)).collect();
         let far: Vec<f32> = plants.iter().map(|plant| plant.far).collect();
-        let sprites: Vec<Sprite<'_>> =
-            impostors.iter().filter_map(|placed| Sprite::new(placed, camera, size, &options.lighting)).collect();
+        let sprites: Vec<Sprite<'_>> = contents
+            .impostors
+            .iter()
+            .filter_map(|placed| Sprite::new(placed, camera, size, &options.lighting))
+            .collect();
         let scene = Scene {
             projected: &projected,
             materials: &self.materials,
@@ -144,6 +156,7 @@ impl<'a> Painter<'a> {
             tones: &tones,
             far: &far,
             sprites: &sprites,
+            ground: contents.ground,
             is_orthographic: camera.is_orthographic(),
             full_textures: options.full_textures,
         };

@@ -14,12 +14,20 @@ use crate::{
     effects::wind::Sway,
     leaf::Vertex,
     plant::{Outline, Tiling, at_level},
+    terrain::GroundPoint,
 };
 use glam::{DMat4, DVec3, DVec4, Vec2, Vec3};
 
 /// Limit of a corner's screen coordinates, in steps. Farther corners are clamped to it, which
 /// distorts triangles that pass close to the eye.
 const FARTHEST_STEP: f64 = (1 << 29) as f64;
+
+/// Number of the plant that the ground's triangles have.
+pub(super) const GROUND: u32 = u32::MAX;
+/// Number of planes by which the ground is clipped: near, far and the sides.
+const PLANES: usize = 6;
+/// Distance of the side planes from the picture's middle, in half pictures.
+const SIDES: f64 = 1.5;
 
 /// A corner of a triangle after projection.
 #[derive(Debug, Clone, Copy)]
@@ -43,7 +51,7 @@ pub(super) struct Corner {
 pub(super) struct ScreenTriangle<'a> {
     pub(super) corners: [u32; 3],
     pub(super) material: u32,
-    /// Index of its plant.
+    /// Index of its plant, or [`GROUND`].
     pub(super) plant: u32,
     /// Mip level.
     pub(super) level: u8,
@@ -68,10 +76,11 @@ pub(super) struct Projected<'a> {
     pub(super) triangles: Vec<ScreenTriangle<'a>>,
 }
 
-/// Projects every triangle of `plants`. Triangles outside the near and far planes, or without area
-/// on the screen, are left out.
+/// Projects every triangle of `plants` and of the `ground`. Triangles outside the near and far
+/// planes, or without area on the screen, are left out.
 pub(super) fn project<'a>(
     plants: &[Placed<'a>],
+    ground: &[GroundPoint],
     mips: &[Option<Mips>],
     camera: &Camera,
     size: [u32; 2],
@@ -99,6 +108,8 @@ pub(super) fn project<'a>(
             projector.part(part, mips);
         }
     }
+    projector.clip_from_plant = camera.clip_from_world * DMat4::from_translation(camera.eye);
+    projector.ground(ground);
     projector.out
 }
 
@@ -175,9 +186,46 @@ impl<'a> Projector<'a> {
         }
         let polygon = self.clip_by(0, &points);
         let polygon = self.clip_by(1, &polygon);
+        self.fan(&polygon, part, mips);
+    }
+
+    /// Adds a convex polygon.
+    fn fan(&mut self, polygon: &[Point], part: &Part<'a>, mips: Option<&Mips>) {
         let Some((first, rest)) = polygon.split_first() else { return };
         for pair in rest.windows(2) {
             self.emit([*first, pair[0], pair[1]], part, mips);
+        }
+    }
+
+    /// Adds the triangles of the ground, whose corners may be far outside the picture.
+    fn ground(&mut self, points: &[GroundPoint]) {
+        let part = Part {
+            vertices: &[],
+            indices: &[],
+            material: u32::MAX,
+            pivot: [0.0; 3],
+            scale: 1.0,
+            leaf: None,
+            seed: 0,
+            share: 1.0,
+            outlines: &[],
+            tiles: None,
+        };
+        (self.plant, self.seed, self.kept) = (GROUND, None, 1.0);
+        for triangle in points.as_chunks::<3>().0 {
+            let corners = triangle.map(|GroundPoint { from_eye, uv }| {
+                let from_eye = Vec3::from(from_eye);
+                let vertex = Vertex { position: from_eye.to_array(), normal: [0.0; 3], uv, color: [1.0; 4] };
+                Point { clip: self.clip_from_plant * from_eye.as_dvec3().extend(1.0), from_eye, vertex }
+            });
+            let beyond = |plane| corners.iter().filter(|corner| self.before_plane(plane, corner) < 0.0).count();
+            let counts: [usize; PLANES] = std::array::from_fn(beyond);
+            if counts.contains(&3) {
+                continue;
+            }
+            let cut = (0..PLANES).filter(|&plane| counts[plane] > 0);
+            let polygon = cut.fold(corners.to_vec(), |polygon, plane| self.clip_by(plane, &polygon));
+            self.fan(&polygon, &part, None);
         }
     }
 
@@ -186,12 +234,25 @@ impl<'a> Projector<'a> {
         Camera::between_planes(self.depth, point.clip)
     }
 
-    /// Clips a convex polygon by a plane: 0 is the near plane, 1 the far plane.
+    /// Signed distance of a point from a plane: 0 is the near plane, 1 the far plane, others are
+    /// outside the picture's sides.
+    fn before_plane(&self, plane: usize, point: &Point) -> f64 {
+        let DVec4 { x, y, w, .. } = point.clip;
+        match plane {
+            0 | 1 => self.between_planes(point)[plane],
+            2 => SIDES * w - x,
+            3 => SIDES * w + x,
+            4 => SIDES * w - y,
+            _ => SIDES * w + y,
+        }
+    }
+
+    /// Clips a convex polygon by a plane.
     fn clip_by(&self, plane: usize, points: &[Point]) -> Vec<Point> {
         let mut kept = Vec::with_capacity(points.len() + 1);
         for (i, a) in points.iter().enumerate() {
             let b = &points[(i + 1) % points.len()];
-            let [distance_a, distance_b] = [a, b].map(|point| self.between_planes(point)[plane]);
+            let [distance_a, distance_b] = [a, b].map(|point| self.before_plane(plane, point));
             if distance_a >= 0.0 {
                 kept.push(*a);
             }

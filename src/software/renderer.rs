@@ -2,11 +2,12 @@
 
 use super::{
     frame_pages::FramePages,
+    ground::PlacedGround,
     image::Image,
     list::{DrawList, Drawn, Placed, is_sound},
     live::{LiveFrames, LiveImpostors},
     options::{Background, DrawOptions},
-    painter::{Painter, mean_leaf_color},
+    painter::{Contents, Painter, mean_leaf_color},
     sprite::PlacedImpostor,
     toning::Toning,
 };
@@ -14,16 +15,19 @@ use crate::{
     Camera, Error, Result,
     bounds::{Aabb, largest_scale},
     draw::{
-        instance::{Frame, Instance, ModelId, Prepared},
+        ground::GroundPages,
+        instance::{Frame, GroundCounts, Instance, ModelId, Prepared},
+        landscape::REACH,
         look::{Coloring, Look},
         pages::Pages,
     },
     effects::{Counts, FadeBy, wind::Shape},
     model::{FoliageModel, Framing, Timeline, Transition},
+    terrain::{GroundMesh, Terrain},
 };
 use glam::Vec3;
 use slotmap::SlotMap;
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::Arc};
 
 /// Maximum number of triangles in one picture; they take 2 GB.
 const MOST_TRIANGLES: u64 = 1 << 23;
@@ -37,6 +41,7 @@ pub struct SoftwareRenderer<'a> {
     models: SlotMap<ModelId, Model<'a>>,
     painter: Painter<'a>,
     live: Option<LiveImpostors>,
+    ground: Option<(Arc<Terrain>, GroundPages)>,
 }
 
 /// A picture and its draw statistics.
@@ -83,7 +88,7 @@ impl<'a> SoftwareRenderer<'a> {
         if look.coloring != Coloring::Picture {
             return Err(Error::invalid("look.coloring", format!("{:?}", look.coloring), "Picture on the CPU"));
         }
-        Ok(Self { look, models: SlotMap::default(), painter: Painter::new(&[], &[])?, live: None })
+        Ok(Self { look, models: SlotMap::default(), painter: Painter::new(&[], &[])?, live: None, ground: None })
     }
 
     /// Makes impostors for the models without one that are added from now on, if the look hands
@@ -95,6 +100,20 @@ impl<'a> SoftwareRenderer<'a> {
         live.check()?;
         self.live = Some(live);
         Ok(self)
+    }
+
+    /// Draws ground with heights from now on, in pictures with a background; `None` draws only what
+    /// the look says.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`] if the look has no ground.
+    pub fn set_terrain(&mut self, terrain: Option<Arc<Terrain>>) -> Result<()> {
+        self.look.check_terrain(terrain.is_some())?;
+        self.ground = terrain.map(|terrain| {
+            let pages = GroundPages::new(&terrain);
+            (terrain, pages)
+        });
+        Ok(())
     }
 
     /// Adds a model and decodes its textures.
@@ -203,7 +222,15 @@ impl<'a> SoftwareRenderer<'a> {
         prepared.skipped = instances.len() as u32 - prepared.instances;
         prepared.effects.shadow.iter_mut().for_each(|count| count.skipped = instances.len() as u64);
         let options = DrawOptions { lighting: look.lighting(), background, ..DrawOptions::default() };
-        let image = self.painter.draw_all(&placed, &impostors, &camera, size, &options)?;
+        let mut mesh = GroundMesh::default();
+        let mut ground = None;
+        if let (Some((terrain, pages)), Background::Landscape(landscape)) = (&self.ground, background) {
+            mesh.update(terrain, &frame.camera, REACH * landscape.ground.map_or(0.0, |ground| ground.haze));
+            prepared.ground = GroundCounts::of(&mesh);
+            ground = Some(PlacedGround { pages, mesh: &mesh, landscape });
+        }
+        let contents = Contents { plants: &placed, impostors: &impostors, ground: ground.as_ref() };
+        let image = self.painter.draw_all(&contents, &camera, size, &options)?;
         Ok(Drawing { image, prepared })
     }
 

@@ -7,8 +7,9 @@
 //! samples.
 
 use super::{
+    ground::PlacedGround,
     light::Light,
-    project::{Projected, ScreenTriangle},
+    project::{GROUND, Projected, ScreenTriangle},
     samples::{SAMPLES, sample_steps},
     sprite::Sprite,
     toning::Toning,
@@ -23,7 +24,7 @@ use crate::{
     plant::{OUTLINE_CORNERS, Outline, Tiling},
     stochastic::contrast::toned,
 };
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Side of a tile in pixels: its samples fit into a core's second-level cache.
 pub(super) const TILE_PX: u32 = 32;
@@ -43,6 +44,7 @@ pub(super) struct Scene<'a> {
     /// Share of each plant's samples that are left to its impostor.
     pub(super) far: &'a [f32],
     pub(super) sprites: &'a [Sprite<'a>],
+    pub(super) ground: Option<&'a PlacedGround<'a>>,
     pub(super) is_orthographic: bool,
     /// Whether each sample is shaded on its own: the middle of several may lie on a texel that none
     /// of them shows.
@@ -108,7 +110,7 @@ impl Tile {
         let depth = self.plane(triangle, scene, |corner| corner.nearness as f64);
         let mask = self.alpha_test(triangle, scene);
         let trim = mask.as_ref().zip(triangle.outline).map(|(mask, outline)| mask.trim(outline, &depth));
-        let far = scene.far[triangle.plant as usize];
+        let far = scene.far.get(triangle.plant as usize).copied().unwrap_or(0.0);
         for y in y_range {
             for x in x_range.clone() {
                 let pixel = (y * TILE_PX as i64 + x) as usize;
@@ -278,12 +280,38 @@ impl Tile {
         }
         let Shown { albedo, normal, from_eye, is_leaf, two_sided } = self.shown(owner, at_samples, at, scene);
         let triangle = &scene.projected.triangles[owner as usize];
+        if triangle.plant == GROUND {
+            let color = |ground: &PlacedGround<'_>| self.ground(triangle, from_eye, at, scene, ground);
+            return scene.ground.map_or(Vec3::ZERO, color);
+        }
         let light = &scene.lights[triangle.plant as usize];
         let color = light.reflected(albedo, normal, from_eye, is_leaf, two_sided);
         match scene.tones[triangle.plant as usize] {
             Some(tone) if is_leaf => toned(color.into(), tone.mean, triangle.kept).into(),
             _ => color,
         }
+    }
+
+    /// Colour of the ground in a pixel.
+    fn ground(
+        &self,
+        triangle: &ScreenTriangle<'_>,
+        from_eye: Vec3,
+        at: [i64; 2],
+        scene: &Scene<'_>,
+        ground: &PlacedGround<'_>,
+    ) -> Vec3 {
+        let over_w = |axis: usize| {
+            self.plane(triangle, scene, |corner| f64::from(corner.uv[axis]) * f64::from(corner.inverse_w))
+        };
+        let [u, v] = [over_w(0), over_w(1)];
+        let w = self.plane(triangle, scene, |corner| f64::from(corner.inverse_w));
+        let uv = |right: f64, down: f64| {
+            let [x, y] = [at[0] as f64 + 0.5 + right, at[1] as f64 + 0.5 + down];
+            Vec2::new(u.at(x, y), v.at(x, y)) / w.at(x, y).max(f32::MIN_POSITIVE)
+        };
+        let middle = uv(0.0, 0.0);
+        ground.color(middle, [uv(1.0, 0.0) - middle, uv(0.0, 1.0) - middle], from_eye, scene.srgb)
     }
 
     /// What a triangle shows in the middle of some samples of a pixel.

@@ -24,31 +24,36 @@ fn damaged_species_are_refused_or_sound() {
 }
 
 #[cfg(feature = "scene")]
-const SCENES: [&str; 4] = [
+const SCENES: [&str; 5] = [
     include_str!("../../data/scenes/turntable.toml"),
     include_str!("../../data/scenes/nine-trees.toml"),
     include_str!("../../data/scenes/forest.toml"),
     include_str!("../../data/scenes/meadow.toml"),
+    include_str!("../../data/scenes/landscape.toml"),
 ];
 #[cfg(feature = "scene")]
 const SCENE_WORDS: &str = "= [lod] [effects.wind] [[plants]] [[scatter]] [[patch]] [[patch.kinds]] keeps_away spacing # \" ''' \"oak\\n\" ä true false [0,1e300,-1] nan inf \
-    99999999999 policy = \"sizes\" shares = [[1,1]] [camera] path eye = [0,0,0]";
+    99999999999 [ground] heights = \"a.png\" relief = 3 above_ground = true policy = \"sizes\" shares = [[1,1]] [camera] path eye = [0,0,0]";
 
 #[cfg(feature = "scene")]
 #[test]
 fn damaged_scenes_are_refused_or_place_their_plants() {
-    use foliage_lod::scene::{
-        SceneFile,
-        patch::{Scratch, TileKey},
+    use foliage_lod::{
+        scene::{
+            SceneFile,
+            patch::{Scratch, TileKey},
+        },
+        terrain::HeightMap,
     };
     let make = |random: &mut Random| damage_text(random.pick(&SCENES), SCENE_WORDS, random);
     survive_reading("scenes", &["accepted", "unreadable"], make, |text| {
         let scene = SceneFile::from_toml(&String::from_utf8_lossy(text), Path::new("hostile.toml"))?;
         scene.effects.check().expect("accepted effects are in range");
         for seconds in [-1e300, 0.0, 7.5, 1e300] {
-            let is_finite =
-                scene.look_at(seconds, 1.0, 0.1).is_none_or(|view| view.eye.is_finite() && view.target.is_finite());
-            assert!(is_finite, "{seconds}: {:?}", scene.look_at(seconds, 1.0, 0.1));
+            let level = HeightMap::level(5.0).expect("a small height");
+            let look = scene.look_at(seconds, 1.0, 0.1, Some(&level));
+            let is_finite = look.is_none_or(|look| look.eye.is_finite() && look.target.is_finite());
+            assert!(is_finite, "{seconds}: {look:?}");
         }
         for scatter in scene.scatter.iter().filter(|scatter| scatter.count <= 2000) {
             // Too many plants for the area is an error; placed plants have a finite transform.

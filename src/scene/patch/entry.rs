@@ -2,11 +2,13 @@
 
 use super::{
     field::{Layout, Patch},
-    ground::HeightMap,
     kind::{Placing, PlantKind},
-    map::Map,
 };
-use crate::{Error, Result, error::check_range};
+use crate::{
+    Error, Result,
+    error::check_range,
+    terrain::{HeightMap, Map},
+};
 use serde::Deserialize;
 
 /// Most kinds of a patch.

@@ -1,12 +1,11 @@
 //! Which plants grow where: every part of a patch, on its own and in any order.
 
 use super::{
-    ground::HeightMap,
     hash::{Stream, draw, unit},
     kind::{Placing, PlantKind},
     layer::{Found, Layer},
-    map::Map,
 };
+use crate::terrain::{HeightMap, Map};
 use glam::DVec3;
 use std::ops::Range;
 

@@ -52,7 +52,7 @@ fn areas_px(plant: &Plant) -> [f64; 2] {
     let camera = LookAt::framing(&plant.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.8, 1.0).camera(SIDE);
     let placed = [Placed::new(&list, DAffine3::IDENTITY)];
     let options = DrawOptions { wood: false, ..DrawOptions::default() };
-    let Projected { corners, triangles } = project(&placed, &painter.mips, &camera, [SIDE; 2], &options);
+    let Projected { corners, triangles } = project(&placed, &[], &painter.mips, &camera, [SIDE; 2], &options);
     triangles.iter().fold([0.0; 2], |[whole, left], triangle| {
         let own = triangle.corners.map(|corner| &corners[corner as usize]);
         [whole + area_px(&own.map(on_screen)), left + area_px(&within_outline(triangle, own))]

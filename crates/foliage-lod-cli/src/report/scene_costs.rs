@@ -10,9 +10,13 @@ use foliage_lod::{
     effects::{Counts, Effects},
     gpu::{GpuDevice, MOTION, Offscreen, TARGET},
     software::Image,
+    terrain::Terrain,
 };
 use glam::DAffine3;
-use std::time::{Duration, Instant};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 /// Motion, in pixels per frame, that is shown fully saturated.
 const FULL_PX: f32 = 4.0;
@@ -38,6 +42,16 @@ pub struct Shot {
     pub seen: [Vec<Seen>; 2],
     /// Plants that cast shadows, in the same two forms.
     pub casters: [Vec<Seen>; 2],
+}
+
+/// A scene to measure.
+pub struct Scene<'a> {
+    /// Its models.
+    pub models: &'a [FoliageModel],
+    /// Its ground with heights or colours.
+    pub terrain: Option<&'a Arc<Terrain>>,
+    /// Its frames.
+    pub shots: &'a [Shot],
 }
 
 /// A configuration to measure.
@@ -98,20 +112,20 @@ pub fn cases(look: &Look) -> Vec<Case> {
 /// `advance` receives the progress, 0 to 1, and can return an error to stop.
 ///
 /// # Errors
-/// Errors from the device, from [`FoliageRenderer::add_model`] and from `advance`.
+/// Errors from the device, from [`FoliageRenderer::add_model`], from
+/// [`FoliageRenderer::set_terrain`] and from `advance`.
 pub fn measure(
     gpu: &GpuDevice,
-    models: &[FoliageModel],
-    shots: &[Shot],
+    scene: &Scene<'_>,
     cases: &[Case],
     size: [u32; 2],
     rounds: usize,
     mut advance: impl FnMut(f64) -> Result<()>,
 ) -> Result<Vec<Cost>> {
+    let shots = scene.shots;
     let Some(opening) = shots.first().filter(|_| !cases.is_empty()) else { return Ok(Vec::new()) };
     let target = Offscreen::new(gpu, size)?;
-    let mut drawers: Vec<Drawer<'_>> =
-        cases.iter().map(|case| Drawer::new(gpu, models, case)).collect::<Result<_>>()?;
+    let mut drawers: Vec<Drawer<'_>> = cases.iter().map(|case| Drawer::new(gpu, scene, case)).collect::<Result<_>>()?;
     let mut costs: Vec<Cost> = Vec::new();
     for drawer in &mut drawers {
         costs.push(drawer.first_cost(gpu, &target, opening)?);
@@ -165,12 +179,13 @@ struct Drawer<'a> {
 }
 
 impl<'a> Drawer<'a> {
-    fn new(gpu: &GpuDevice, models: &[FoliageModel], case: &'a Case) -> Result<Self> {
+    fn new(gpu: &GpuDevice, scene: &Scene<'_>, case: &'a Case) -> Result<Self> {
         let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, case.look)?;
         if case.has_motion {
             foliage = foliage.with_motion(gpu.device(), MOTION);
         }
-        let ids = models.iter().map(|model| foliage.add_model(gpu.device(), gpu.queue(), model));
+        foliage.set_terrain(gpu.device(), gpu.queue(), scene.terrain.cloned())?;
+        let ids = scene.models.iter().map(|model| foliage.add_model(gpu.device(), gpu.queue(), model));
         let ids = ids.collect::<Result<_>>()?;
         Ok(Self { case, foliage, ids })
     }

@@ -61,6 +61,7 @@ fn draw_on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<
     let target = Offscreen::new(&gpu, size)?;
     let (device, queue) = (gpu.device(), gpu.queue());
     let mut foliage = FoliageRenderer::new(device, TARGET, staging.look)?.with_live_impostors(LIVE)?;
+    foliage.set_terrain(device, queue, staging.terrain.clone())?;
     let added = staging.models.iter().map(|model| foliage.add_model(device, queue, model));
     let ids = added.collect::<Result<Vec<_>>>()?;
     let [seen, casters] = [&staging.plants, &staging.casters].map(|plants| instances(&ids, plants));
@@ -72,6 +73,7 @@ fn draw_on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<
 
 fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
     let mut foliage = SoftwareRenderer::new(staging.look)?.with_live_impostors(LIVE)?;
+    foliage.set_terrain(staging.terrain.clone())?;
     let added = staging.models.iter().map(|model| foliage.add_model(model));
     let ids = added.collect::<Result<Vec<_>>>()?;
     let Software { image, prepared } = foliage.draw(frame(staging), &instances(&ids, &staging.plants), size)?;

@@ -4,7 +4,7 @@ use foliage_lod::{
     Result,
     scene::{
         Footing, MAX_PLANTS, Planted, SceneFile,
-        patch::{HeightMap, Map, PatchEntry, Tile, TileCounts, TileOptions, Tiles},
+        patch::{HeightMap, PatchEntry, Tile, TileCounts, TileOptions, Tiles},
     },
 };
 use glam::DVec3;
@@ -41,18 +41,17 @@ impl Thinning {
 }
 
 impl Patches {
-    /// Reads the maps of a scene's patches, relative to `folder`. `footings` are those of its
-    /// models.
+    /// Reads the maps of a scene's patches, relative to `folder`, whose plants stand on `ground`.
+    /// `footings` are those of its models.
     ///
     /// # Errors
     /// Those of maps that cannot be read.
-    pub fn open(scene: &SceneFile, folder: &Path, footings: Vec<Footing>) -> Result<Self> {
-        let height = scene.ground.map_or(0.0, |ground| ground.height);
+    pub fn open(scene: &SceneFile, folder: &Path, footings: Vec<Footing>, ground: &HeightMap) -> Result<Self> {
         let tiles = |entry: &PatchEntry| {
             let own = TileOptions::default();
             let most_tiles = (MOST_CELLS / (entry.cells * entry.cells)).clamp(1, own.most_tiles);
-            let level = HeightMap::new(Map::new([1, 1], vec![0])?, [0.0; 2], [1.0; 2], [height; 2])?;
-            Ok(Tiles::new(entry.patch(entry.read_maps(folder)?, Some(level))?, TileOptions { most_tiles, ..own }))
+            let patch = entry.patch(entry.read_maps(folder)?, Some(ground.clone()))?;
+            Ok(Tiles::new(patch, TileOptions { most_tiles, ..own }))
         };
         let patches = scene.patch.iter().map(tiles).collect::<Result<_>>()?;
         let model = |entry: &PatchEntry| entry.kinds.iter().map(|kind| scene.model_number(&kind.model)).collect();

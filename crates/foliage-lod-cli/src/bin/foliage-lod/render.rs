@@ -3,7 +3,7 @@
 use crate::{
     args::{self, FadeRule, Method},
     drawing,
-    failure::Failure,
+    failure::{Failure, complain},
     models,
     output::{self, Steps},
     pictures,
@@ -20,6 +20,7 @@ use foliage_lod::{
     file,
     simplify::CpuFragments,
     stochastic::Stochastic,
+    terrain::ERROR_PX,
 };
 use indicatif::HumanCount;
 use serde_json::{Map, Value, json};
@@ -85,6 +86,16 @@ fn finish(
         drawing.place()
     );
     steps.done("draw", result)?;
+    let ground = drawing.prepared.ground;
+    if ground.triangles > 0 && !args.json {
+        output::line(format_args!("ground    {} triangles", HumanCount(ground.triangles.into())))?;
+    }
+    if ground.coarser > 0 {
+        let px = ERROR_PX * f64::from(1_u32 << ground.coarser.min(31));
+        complain(format_args!(
+            "warning: the ground is up to {px} pixels off: make its map of heights smaller or smoother"
+        ));
+    }
     let FarCounts { leaves, both, impostors, faded } = drawing.prepared.far;
     if staging.look.far.is_some() && !args.json {
         let [leaves, both, impostors, faded] = [leaves, both, impostors, faded].map(|count| HumanCount(count.into()));
@@ -112,6 +123,7 @@ fn finish(
             "leaves_drawn": drawing.prepared.leaves,
             "instances": staging.plants.len(),
             "draws": drawing.prepared.draws,
+            "ground_triangles": ground.triangles,
             "plants_by": far_json(&drawing.prepared.far),
             "impostor_frames_made": drawing.frames_made,
             "effects": effects,

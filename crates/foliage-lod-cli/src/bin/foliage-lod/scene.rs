@@ -20,10 +20,14 @@ use foliage_lod::{
     scene::{Active, Footing, Kind, ModelSource, Placement, Planted, SceneFile},
     simplify::{CpuFragments, SimplifyOptions, simplify},
     software::BakeOptions,
+    terrain::{HeightMap, Terrain},
 };
 use glam::DVec3;
 use indicatif::HumanCount;
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 /// Distance of the near plane, as a fraction of the smallest plant's radius.
 const NEAR_RADII: f64 = 1e-2;
@@ -43,6 +47,9 @@ pub struct Opened {
     /// Number of plants of the file.
     fixed: usize,
     patches: Patches,
+    heights: HeightMap,
+    /// The ground, if it has heights or colours.
+    pub terrain: Option<Arc<Terrain>>,
     /// For each plant of a patch, until where it is shown.
     thinning: Vec<Thinning>,
     grove: Grove,
@@ -66,11 +73,12 @@ fn species_files(file: &SceneFile, folder: &Path) -> impl Iterator<Item = PathBu
     species.map(move |name| folder.join(name)).filter(|species| is_toml(species))
 }
 
-/// Paths of models and of patches' maps.
+/// Paths of models and of maps.
 fn data_files(file: &SceneFile, folder: &Path) -> impl Iterator<Item = PathBuf> {
     let models = file.models.iter().filter_map(|source| source.file.as_ref());
     let maps = file.patch.iter().flat_map(|patch| &patch.kinds).filter_map(|kind| kind.map.as_ref());
-    models.chain(maps).map(move |path| folder.join(path))
+    let of_ground = file.ground.iter().flat_map(|ground| [&ground.heights, &ground.colors]).flatten();
+    models.chain(maps).chain(of_ground).map(move |path| folder.join(path))
 }
 
 impl Opened {
@@ -109,9 +117,12 @@ impl Opened {
     }
 
     fn new(file: SceneFile, models: Vec<FoliageModel>, folder: &Path) -> Result<Self> {
-        let planted = file.planted(&models)?;
+        let ground = file.ground.clone().unwrap_or_default();
+        let heights = ground.read_heights(folder)?;
+        let terrain = ground.terrain(&heights, folder)?.map(Arc::new);
+        let planted = file.planted(&models, ground.heights.as_ref().map(|_| &heights))?;
         let footings = models.iter().zip(&file.models).map(|(model, source)| Footing::new(model, source.height));
-        let patches = Patches::open(&file, folder, footings.collect())?;
+        let patches = Patches::open(&file, folder, footings.collect(), &heights)?;
         let kinds: Vec<Kind> = models
             .iter()
             .map(|model| {
@@ -125,8 +136,8 @@ impl Opened {
             .collect();
         let spheres: Vec<Sphere> =
             planted.iter().map(|plant| kinds[plant.model].sphere.transformed(&plant.world_from_plant)).collect();
-        let heights = file.patch.iter().flat_map(|patch| &patch.kinds).map(|kind| f64::from(kind.height[0]));
-        let smallest = spheres.iter().map(|sphere| sphere.radius).chain(heights).fold(f64::INFINITY, f64::min);
+        let least = file.patch.iter().flat_map(|patch| &patch.kinds).map(|kind| f64::from(kind.height[0]));
+        let smallest = spheres.iter().map(|sphere| sphere.radius).chain(least).fold(f64::INFINITY, f64::min);
         let grove = Grove::new(kinds, &[])?;
         let corners = spheres.iter().flat_map(|sphere| {
             let (center, radius) = (sphere.center().as_vec3(), sphere.radius as f32);
@@ -135,8 +146,21 @@ impl Opened {
         let around = Sphere::of_points(corners.collect::<Vec<_>>());
         let near = NEAR_RADII * if smallest > 0.0 && smallest.is_finite() { smallest } else { 1.0 };
         let (fixed, thinning, active, has_told) = (planted.len(), Vec::new(), Vec::new(), false);
-        let mut opened =
-            Self { file, models, planted, fixed, patches, thinning, grove, has_told, around, near, active };
+        let mut opened = Self {
+            file,
+            models,
+            planted,
+            fixed,
+            patches,
+            heights,
+            terrain,
+            thinning,
+            grove,
+            has_told,
+            around,
+            near,
+            active,
+        };
         opened.fill_grove()?;
         Ok(opened)
     }
@@ -206,12 +230,13 @@ impl Opened {
     pub fn look(&self) -> Look {
         let towards_sun = self.file.sun.direction().as_vec3();
         let lighting = Lighting { towards_sun, ..Lighting::default() };
-        let ground = self.file.ground.map(|ground| Ground {
+        let ground = self.file.ground.as_ref().map(|ground| Ground {
             color: ground.color,
             height: ground.height,
             haze: ground.haze.unwrap_or_else(|| {
                 let kinds = self.file.patch.iter().flat_map(|patch| &patch.kinds);
-                let reach = kinds.map(|kind| kind.reach()).fold(self.around.radius, f64::max);
+                let sides = ground.area.into_iter().flatten();
+                let reach = kinds.map(|kind| kind.reach()).chain(sides).fold(self.around.radius, f64::max);
                 HAZE_RADII[0] * self.near / NEAR_RADII + HAZE_RADII[1] * reach
             }),
         });
@@ -227,10 +252,16 @@ impl Opened {
 
     /// The camera at time `seconds`, for a picture with aspect ratio `aspect`.
     pub fn camera(&self, seconds: f64, aspect: f64) -> LookAt {
-        self.file.look_at(seconds, aspect, self.near).unwrap_or_else(|| {
+        self.file.look_at(seconds, aspect, self.near, Some(&self.heights)).unwrap_or_else(|| {
             let framing = LookAt::framing(&self.around, DIRECTION, 50_f64.to_radians(), 1.0).with_aspect(aspect);
             LookAt { near: self.near, ..framing }
         })
+    }
+
+    /// The place, or the one above it that is a near plane's distance over the ground.
+    pub fn above_ground(&self, at: DVec3) -> DVec3 {
+        let least = self.heights.height([at.x, at.z]) + 2.0 * self.near;
+        if self.terrain.is_some() { at.with_y(at.y.max(least)) } else { at }
     }
 
     /// Selects the plants in view, with all leaves if `full`, otherwise at their level of detail.
@@ -274,7 +305,8 @@ impl Opened {
         let plants = self.shown(&camera, full);
         let effects = self.file.effects;
         let casters = self.casters(&camera, full, &effects);
-        Ok(Staging { look: self.look(), models: &self.models, plants, casters, camera, seconds })
+        let (look, terrain) = (self.look(), self.terrain.clone());
+        Ok(Staging { look, terrain, models: &self.models, plants, casters, camera, seconds })
     }
 }
 

@@ -8,7 +8,7 @@ use foliage_lod::{
 };
 use foliage_lod_cli::report::{
     page::SceneReport,
-    scene_costs::{Cost, Seen, Shot, cases, measure},
+    scene_costs::{Cost, Scene, Seen, Shot, cases, measure},
 };
 use indicatif::HumanCount;
 use serde_json::{Value, json};
@@ -38,7 +38,8 @@ pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<
         (0..SHOTS).map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN)).collect::<Result<_, Error>>()?;
     let cases = cases(&opened.look());
     let advance = |_| interrupt::check();
-    let measure = || measure(gpu, &opened.models, &shots, &cases, SIZE, ROUNDS, advance);
+    let scene = Scene { models: &opened.models, terrain: opened.terrain.as_ref(), shots: &shots };
+    let measure = || measure(gpu, &scene, &cases, SIZE, ROUNDS, advance);
     let costs = spinning("measuring", || guarded(measure))?;
     for cost in &costs {
         let Cost { name, frame_seconds, ratio, .. } = cost;

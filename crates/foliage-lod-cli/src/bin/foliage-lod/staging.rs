@@ -1,8 +1,9 @@
 //! Contents of a picture: models, their plants, a camera and a look.
 
 use crate::planting::Planting;
-use foliage_lod::{Camera, FoliageModel, Look};
+use foliage_lod::{Camera, FoliageModel, Look, terrain::Terrain};
 use glam::DAffine3;
+use std::sync::Arc;
 
 /// Contents of a picture.
 pub struct Staging<'a> {
@@ -16,6 +17,8 @@ pub struct Staging<'a> {
     pub camera: Camera,
     /// Effects, lighting and ground.
     pub look: Look,
+    /// Ground with heights or colours.
+    pub terrain: Option<Arc<Terrain>>,
     /// Time of the animation in seconds.
     pub seconds: f64,
 }
@@ -54,6 +57,6 @@ impl<'a> Staging<'a> {
         });
         let models = std::slice::from_ref(model);
         let camera = planting.camera.camera(height_px);
-        Self { models, plants: plants.collect(), casters: Vec::new(), camera, look, seconds }
+        Self { models, plants: plants.collect(), casters: Vec::new(), camera, look, terrain: None, seconds }
     }
 }

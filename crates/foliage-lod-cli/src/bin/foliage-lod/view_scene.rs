@@ -111,7 +111,9 @@ impl Viewer {
         let camera = self.opened.camera(self.seconds, f64::from(size[0]) / f64::from(size[1]));
         match self.moved {
             None => camera,
-            Some((from_target, target)) => LookAt { eye: target + from_target, target, ..camera },
+            Some((from_target, target)) => {
+                LookAt { eye: self.opened.above_ground(target + from_target), target, ..camera }
+            }
         }
     }
 
@@ -132,6 +134,7 @@ fn renderer(
 ) -> Result<(FoliageRenderer, Vec<ModelId>)> {
     let foliage = FoliageRenderer::new(gpu.device(), target, look)?;
     let mut foliage = foliage.with_live_impostors(LiveImpostors::default())?;
+    foliage.set_terrain(gpu.device(), gpu.queue(), opened.terrain.clone())?;
     let added = opened.models.iter().map(|model| foliage.add_model(gpu.device(), gpu.queue(), model));
     let ids = added.collect::<Result<_>>()?;
     Ok((foliage, ids))

@@ -5,6 +5,7 @@ use crate::{Error, Result};
 /// Largest number of texels of a map.
 const MOST_TEXELS: u64 = 1 << 28;
 /// Bits of the weights between texels.
+#[cfg(feature = "scene")]
 const WEIGHT_BITS: u32 = 8;
 
 /// A grid of values from 0 to 65535 over an area: the first row lies at the least z, the first
@@ -15,6 +16,7 @@ pub struct Map {
     texels: Vec<u16>,
 }
 
+#[cfg(feature = "scene")]
 /// Texels around a point, and how near it is to the second ones, from 0 to 256.
 struct Around {
     texels: [[u16; 2]; 2],
@@ -46,14 +48,15 @@ impl Map {
         &self.texels
     }
 
-    /// Texels, row by row, to be painted. See [`Tiles::repaint`](super::Tiles::repaint).
+    /// Texels, row by row, to be painted. Tiles of patches must then be made again.
     pub fn texels_mut(&mut self) -> &mut [u16] {
         &mut self.texels
     }
 
     /// Share of 2^32 at a place, as fractions of the sides from 0 to 1. Texels lie in the middle of
     /// their cells; between them the share is bilinear in steps of 1/256, in integers alone.
-    pub(super) fn share(&self, at: [f64; 2]) -> u64 {
+    #[cfg(feature = "scene")]
+    pub(crate) fn share(&self, at: [f64; 2]) -> u64 {
         let Around { texels, weights: [x, z] } = self.around(at);
         let row = |[a, b]: [u16; 2]| u32::from(a) * ((1 << WEIGHT_BITS) - x) + u32::from(b) * x;
         let [near, far] = texels.map(row).map(u64::from);
@@ -70,6 +73,7 @@ impl Map {
         (row(z0) * (1.0 - z) + row(z1) * z) / f64::from(u16::MAX)
     }
 
+    #[cfg(feature = "scene")]
     fn around(&self, at: [f64; 2]) -> Around {
         let [(x0, x1, x), (z0, z1, z)] = [0, 1].map(|axis| self.texel(at, axis));
         let of = |x: u32, z: u32| self.texels[(z as usize) * self.size[0] as usize + x as usize];
@@ -115,6 +119,7 @@ mod decode {
 mod tests {
     use super::*;
 
+    #[cfg(feature = "scene")]
     #[test]
     fn shares_are_exact_at_texels_and_bilinear_between_them() {
         let map = Map::new([2, 2], vec![0, 65535, 65535, 0]).unwrap();
