@@ -288,6 +288,25 @@ fn a_warm_walk_does_not_allocate_and_its_memory_is_bounded() {
 }
 
 #[test]
+fn a_million_tiles_are_visited_in_the_memory_of_those_within_reach() {
+    let kinds = vec![PlantKind { reach: Some(20.0), ..kind(1.0, 0.7) }];
+    let patch = unmapped(&PatchEntry { area: None, cells: 1, ..PatchEntry::new(kinds) });
+    let mut tiles = Tiles::new(patch, TileOptions { most_tiles: 2000, cells_per_update: 4096 });
+    let mut made = 0;
+    let mut walk = |steps: std::ops::Range<u32>| {
+        for step in steps {
+            let counts = tiles.update(DVec3::new(f64::from(step), 0.0, f64::from(step) * 0.5));
+            assert!(counts.kept <= 2000 && counts.over == 0, "{counts:?}");
+            made += counts.made;
+        }
+    };
+    walk(0..1000);
+    let allocated = allocation_counter::measure(|| walk(1000..22_000));
+    assert_eq!(allocated.count_total, 0);
+    assert!(made > 1_000_000, "{made} tiles");
+}
+
+#[test]
 fn far_away_fast_and_odd_eyes_are_survived() {
     let patch = unmapped(&PatchEntry {
         area: None,

@@ -62,6 +62,10 @@ pub struct PlantKind {
     pub keeps_away: f64,
     /// Distance beyond which it is not made; by default [`REACH`] times its spacing.
     pub reach: Option<f64>,
+    /// Last part of the reach over which its plants become fewer and larger, and sink into the
+    /// ground before they go: 0, at which all vanish at once, to 1.
+    #[serde(default = "thins_over")]
+    pub thins_over: f32,
 }
 
 /// Default of [`PlantKind::reach`], over the spacing.
@@ -96,6 +100,10 @@ fn half() -> f32 {
 
 fn one() -> f32 {
     1.0
+}
+
+fn thins_over() -> f32 {
+    0.4
 }
 
 fn ones() -> [f32; 2] {
@@ -135,6 +143,7 @@ impl PlantKind {
             altitude: any_altitude(),
             keeps_away: 0.0,
             reach: None,
+            thins_over: thins_over(),
         }
     }
 
@@ -155,6 +164,7 @@ impl PlantKind {
         };
         self.spacing.each().iter().try_for_each(|&spacing| check_range(key("spacing"), spacing, 1e-3..=1e6))?;
         check_range(key("jitter"), self.jitter, 0.0..=0.5)?;
+        check_range(key("thins_over"), self.thins_over, 0.0..=1.0)?;
         check_range(key("density"), self.density, 0.0..=1.0)?;
         rising("height", self.height.map(f64::from), [1e-6, 1e6])?;
         rising("ratio", self.ratio.map(f64::from), [1e-3, 1e3])?;

@@ -22,6 +22,7 @@ mod hash;
 mod kind;
 mod layer;
 mod order;
+mod thin;
 mod tiles;
 
 pub use crate::terrain::{HeightMap, Map};

@@ -7,13 +7,11 @@ use foliage_lod::{
         patch::{HeightMap, PatchEntry, Tile, TileCounts, TileOptions, Tiles},
     },
 };
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::path::Path;
 
 /// Most cells that the tiles of a patch have, so that their plants take at most 240 MB.
 const MOST_CELLS: u32 = 4 * MAX_PLANTS;
-/// Last part of a kind's reach over which its plants become fewer.
-const THINNED: f32 = 0.4;
 
 /// The patches of a scene.
 pub struct Patches {
@@ -29,15 +27,9 @@ pub struct Thinning {
     /// Its own random number, the same whatever other plants there are.
     pub seed: u32,
     foot: DVec3,
-    /// Distance beyond which it is not shown: plants become fewer with distance.
-    reach: f64,
-}
-
-impl Thinning {
-    /// Whether the plant is shown to an eye.
-    pub fn shows(&self, eye: DVec3) -> bool {
-        self.foot.distance_squared(eye) < self.reach * self.reach
-    }
+    rank: u16,
+    /// Its patch, and its kind there.
+    kind: [u16; 2],
 }
 
 impl Patches {
@@ -56,6 +48,19 @@ impl Patches {
         let patches = scene.patch.iter().map(tiles).collect::<Result<_>>()?;
         let model = |entry: &PatchEntry| entry.kinds.iter().map(|kind| scene.model_number(&kind.model)).collect();
         Ok(Self { patches, models: scene.patch.iter().map(model).collect(), footings })
+    }
+
+    /// Transform of a plant as it is shown to an eye; `None` if it is not.
+    pub fn shown(&self, plant: &Thinning, world_from_plant: DAffine3, eye: DVec3) -> Option<DAffine3> {
+        let [patch, kind] = plant.kind.map(usize::from);
+        let kind = &self.patches[patch].patch().kinds()[kind];
+        let [width, height] = kind.seen(plant.rank, plant.foot.distance(eye))?;
+        if [width, height] == [1.0, 1.0] {
+            return Some(world_from_plant);
+        }
+        let sized = DAffine3::from_scale(DVec3::new(width, height, width));
+        let [to_foot, from_foot] = [plant.foot, -plant.foot].map(DAffine3::from_translation);
+        Some(to_foot * sized * from_foot * world_from_plant)
     }
 
     /// Whether the scene has none.
@@ -81,8 +86,7 @@ impl Patches {
     /// out. Returns how many were.
     pub fn plant(&self, planted: &mut Vec<Planted>, thinning: &mut Vec<Thinning>) -> usize {
         let mut left_out = 0;
-        for (tiles, models) in self.patches.iter().zip(&self.models) {
-            let kinds = tiles.patch().kinds();
+        for (number, (tiles, models)) in (0..).zip(self.patches.iter().zip(&self.models)) {
             for Tile { plants, .. } in tiles.tiles() {
                 let room = (MAX_PLANTS as usize).saturating_sub(planted.len());
                 left_out += plants.len().saturating_sub(room);
@@ -90,12 +94,8 @@ impl Patches {
                     let kind = usize::from(plant.kind);
                     let world_from_plant = self.footings[models[kind]].world_from_patch(plant);
                     planted.push(Planted { model: models[kind], world_from_plant });
-                    let part = 1.0 - THINNED * f32::from(plant.rank) / 65_536.0;
-                    thinning.push(Thinning {
-                        seed: plant.seed,
-                        foot: plant.at,
-                        reach: kinds[kind].reach() * f64::from(part),
-                    });
+                    let kind = [number, plant.kind];
+                    thinning.push(Thinning { seed: plant.seed, foot: plant.at, rank: plant.rank, kind });
                 }
             }
         }

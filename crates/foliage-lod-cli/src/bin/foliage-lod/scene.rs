@@ -281,17 +281,18 @@ impl Opened {
     }
 
     fn selected(&self, full: bool, eye: DVec3) -> Vec<Shown> {
-        let of_patch =
-            |active: &Active| (active.instance as usize).checked_sub(self.fixed).map(|plant| self.thinning[plant]);
         let shown = |active: &Active| {
-            let Planted { model, world_from_plant } = self.planted[active.instance as usize];
-            let seed = of_patch(active).map_or(active.instance, |plant| plant.seed);
+            let Planted { model, mut world_from_plant } = self.planted[active.instance as usize];
+            let mut seed = active.instance;
+            if let Some(plant) = (seed as usize).checked_sub(self.fixed).map(|number| &self.thinning[number]) {
+                seed = plant.seed;
+                world_from_plant = self.patches.shown(plant, world_from_plant, eye)?;
+            }
             let leaves = self.models[model].leaves.len() as f32;
             let (active, far) = if full { (leaves, None) } else { (active.count, Some(active.far)) };
-            Shown { model, world_from_plant, active, leaf_scale: 1.0, far, seed }
+            Some(Shown { model, world_from_plant, active, leaf_scale: 1.0, far, seed })
         };
-        let shows = |active: &&Active| of_patch(active).is_none_or(|plant| plant.shows(eye));
-        self.active.iter().filter(shows).map(shown).collect()
+        self.active.iter().filter_map(shown).collect()
     }
 
     /// Stages one frame, with all plants of patches within their reach.

@@ -1,0 +1,51 @@
+//! How plants of a patch become fewer with distance, and are gone at the end of their reach.
+//!
+//! Over the last part of the reach those of high ranks go first; those that stay grow, so that
+//! together they cover as much from any side, and each sinks into the ground just before it goes:
+//! nothing vanishes at once, and where the ground has the plants' colour the border is hard to see.
+
+use super::kind::PlantKind;
+
+/// Greatest growth, with which a fourth of the plants cover what all did.
+const MOST_GROWTH: f64 = 2.0;
+/// Part of the distance over which plants become fewer over which one of them sinks.
+const SINKS_OVER: f64 = 0.12;
+
+impl PlantKind {
+    /// Factors of the width and of the height at which a plant of `rank` (see
+    /// [`PatchPlant`](super::PatchPlant)) is drawn at a distance; `None` if it is left out.
+    pub fn seen(&self, rank: u16, distance: f64) -> Option<[f64; 2]> {
+        let reach = self.reach();
+        // Where plants begin to become fewer, and how far that goes.
+        let over = reach * f64::from(self.thins_over);
+        let own = reach - over * f64::from(rank) / 65_536.0;
+        let is_seen = distance < own;
+        let share = if over > 0.0 { ((reach - distance) / over).clamp(0.0, 1.0) } else { 1.0 };
+        let height = if over > 0.0 { ((own - distance) / (SINKS_OVER * over)).min(1.0) } else { 1.0 };
+        let growth = (1.0 / share.sqrt()).min(MOST_GROWTH);
+        is_seen.then_some([growth, growth * height])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plants_become_fewer_and_larger_and_none_vanishes_at_once() {
+        let kind = PlantKind { reach: Some(100.0), thins_over: 0.4, ..PlantKind::new("grass", 1.0, [1.0, 2.0]) };
+        let ranks = || (0..4096_u32).map(|i| (16 * i) as u16);
+        for (distance, share) in [(0.0, 1.0), (59.9, 1.0), (80.0, 0.5), (90.0, 0.25), (100.0, 0.0)] {
+            let seen: Vec<_> = ranks().filter_map(|rank| kind.seen(rank, distance)).collect();
+            assert!((seen.len() as f64 / 4096.0 - share).abs() < 0.01, "{} at {distance}", seen.len());
+            assert!(seen.iter().all(|[width, height]| (width * width * share - 1.0).abs() < 0.01 && height <= width));
+        }
+        for rank in [0, 30_000, 65_535] {
+            let heights: Vec<f64> =
+                (0..10_000).map(|i| kind.seen(rank, f64::from(i) * 0.01).map_or(0.0, |[_, height]| height)).collect();
+            assert!(heights.windows(2).all(|pair| (pair[0] - pair[1]).abs() < 0.005), "{rank}");
+        }
+        let abrupt = PlantKind { thins_over: 0.0, ..kind };
+        assert_eq!([99.9, 100.0].map(|at| abrupt.seen(9, at)), [Some([1.0, 1.0]), None]);
+    }
+}
