@@ -11,10 +11,10 @@ use std::path::PathBuf;
 const SIDE: f64 = 2000.0;
 /// Height of white in the map of heights.
 const RELIEF: f64 = 120.0;
-/// Texels on a side: of heights, of colours, and of what grows.
+/// Texels on a side: of heights, of woods, and of what shows the path.
 const HEIGHTS: u32 = 256;
-const COLORS: u32 = 1024;
-const SHARES: u32 = 512;
+const WOODS: u32 = 512;
+const FINE: u32 = 1024;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).ok_or("give the folder to write to")?);
@@ -25,12 +25,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Luma([(height(place(x, z, HEIGHTS)) / RELIEF * 65535.0).clamp(0.0, 65535.0) as u16])
     });
     heights.save(folder.join("heights.png"))?;
-    let colors = ImageBuffer::from_fn(COLORS, COLORS, |x, z| Rgb(color(place(x, z, COLORS))));
+    let woods = ImageBuffer::from_fn(WOODS, WOODS, |x, z| Luma([(255.0 * wood(place(x, z, WOODS))) as u8]));
+    woods.save(folder.join("woods.png"))?;
+    let meadows = ImageBuffer::from_fn(FINE, FINE, |x, z| Luma([(255.0 * meadow(place(x, z, FINE))) as u8]));
+    meadows.save(folder.join("meadows.png"))?;
+    let colors = ImageBuffer::from_fn(FINE, FINE, |x, z| Rgb(color(place(x, z, FINE))));
     colors.save(folder.join("colors.png"))?;
-    for (name, share) in [("woods.png", wood as fn([f64; 2]) -> f64), ("meadows.png", meadow)] {
-        let map = ImageBuffer::from_fn(SHARES, SHARES, |x, z| Luma([(255.0 * share(place(x, z, SHARES))) as u8]));
-        map.save(folder.join(name))?;
-    }
     Ok(())
 }
 
@@ -62,14 +62,14 @@ fn wood(at: [f64; 2]) -> f64 {
 
 /// Share of the meadows: around the woods and in their clearings.
 fn meadow(at: [f64; 2]) -> f64 {
-    (1.0 - 0.85 * wood(at)) * rising(from_path(at), 1.6, 3.5)
+    (1.0 - 0.85 * wood(at)) * rising(from_path(at), 1.5, 3.5)
 }
 
 /// Colour of the ground, as sRGB: earth on the path, litter under trees, grass elsewhere.
 fn color(at: [f64; 2]) -> [u8; 3] {
     // Few different values make a small file.
     let patches = (12.0 * layered(at, 45.0, 3, 23)).round() / 12.0;
-    let grass = mixed([82.0, 99.0, 50.0], [112.0, 115.0, 60.0], patches);
+    let grass = mixed([72.0, 92.0, 42.0], [98.0, 106.0, 50.0], patches);
     let litter = mixed([70.0, 66.0, 42.0], [88.0, 80.0, 52.0], patches);
     let ground = mixed(grass, litter, rising(wood(at), 0.2, 0.9));
     mixed([150.0, 132.0, 100.0], ground, rising(from_path(at), 1.2, 2.6)).map(|channel| channel as u8)

@@ -324,7 +324,7 @@ fn shaded_sprite(sprite: Sprite, shown: Seen) -> vec4<f32> {
         lit.is_leaf = false;
         light = mix(reflected_by_many(lit), light, shown.leaf);
     }
-    let color = select(vec3(0.9, 0.3, 0.0), shown.color * light, COLORING == COLORING_PICTURE);
+    let color = select(vec3(0.9, 0.3, 0.0), tinted(shown.color * light, sprite.instance), COLORING == COLORING_PICTURE);
     return vec4(encoded(color), 1.0);
 }
 

@@ -158,6 +158,7 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
         if is_leaf {
             color = toned(color, surface);
         }
+        color = tinted(color, surface.instance);
     }
     return Shaded(vec4(encoded(color), 1.0), samples);
 }

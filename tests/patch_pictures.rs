@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::gpu::gpu;
+use common::gpu::{difference, gpu};
 use foliage_lod::{
     Camera, FoliageModel, FoliageRenderer, Instance, Look, LookAt,
     gpu::{Offscreen, TARGET},
@@ -16,7 +16,7 @@ use foliage_lod::{
     simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
     software::{Image, SoftwareRenderer},
 };
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::sync::LazyLock;
 
 /// Grown and simplified.
@@ -78,8 +78,7 @@ fn a_quarter_of_the_plants_twice_as_large_covers_as_much() {
         let camera = look(target, eye).camera(size[1]);
         let covered = [1.0, 0.25].map(|share| {
             // What is seen once it has become so few, but has not begun to sink.
-            let seen =
-                |plant: &PatchPlant| kind.seen(plant.rank, far(share) - 1e-9).map(|[growth, _]| (*plant, growth));
+            let seen = |plant: &PatchPlant| kind.seen(plant.rank, far(share) - 1e-9).map(|seen| (*plant, seen.width));
             let seen: Vec<_> = all.iter().filter_map(seen).collect();
             let left = seen.len() as f64 / all.len() as f64;
             assert!((left - share).abs() < 0.02, "{left}");
@@ -169,4 +168,38 @@ fn cells_in_order_look_as_if_they_were_sorted() {
         println!("{degrees}: {computed:?} {to_coverage}");
         assert!(computed[0] <= 2.0 && to_coverage <= 6.0, "{degrees}: {computed:?}, {to_coverage}");
     }
+}
+
+#[test]
+fn tints_are_factors_of_lit_colours_on_both_processors() {
+    let (size, tint) = ([160, 120], [0.5, 1.0, 1.6]);
+    let sphere = GRASS.sphere();
+    let camera = LookAt::framing(&sphere, DVec3::new(0.4, 0.3, 1.0), 0.6, 1.0).with_aspect(4.0 / 3.0).camera(size[1]);
+    let on_cpu = |tints: bool, tint: [f32; 3]| {
+        let mut foliage = SoftwareRenderer::new(Look { tints, ..Look::default() }).unwrap();
+        let id = foliage.add_model(&GRASS).unwrap();
+        let plant = Instance { tint, ..Instance::new(id, DAffine3::IDENTITY, GRASS.leaves.len() as f32) };
+        foliage.cutout(camera, &[plant], size).unwrap().image
+    };
+    let [plain, tinted] = [[1.0; 3], tint].map(|tint| on_cpu(true, tint));
+    assert_eq!(on_cpu(false, tint), plain, "the look has no tints");
+    for (plain, tinted) in pixels(&plain, false).iter().zip(&pixels(&tinted, false)) {
+        let expected = [0, 1, 2].map(|i| (plain[i] * tint[i]).min(plain[3]));
+        assert!((0..3).all(|i| (tinted[i] - expected[i]).abs() < 0.012), "{plain:?} {tinted:?}");
+    }
+    let Some(gpu) = gpu() else { return };
+    let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, Look { tints: true, ..Look::default() }).unwrap();
+    let id = foliage.add_model(gpu.device(), gpu.queue(), &GRASS).unwrap();
+    let plant = |tint| Instance { tint, ..Instance::new(id, DAffine3::IDENTITY, GRASS.leaves.len() as f32) };
+    let target = Offscreen::new(&gpu, size).unwrap();
+    // The second plant stands behind the eye: tints belong to plants, whatever their order.
+    let behind = Instance { world_from_plant: DAffine3::from_translation(camera.eye * 3.0), ..plant([9.0; 3]) };
+    foliage.prepare(gpu.device(), gpu.queue(), camera, &[behind, plant(tint)]).unwrap();
+    let (mean, _) = difference(&target.picture(&foliage).unwrap(), &{
+        let mut here = SoftwareRenderer::new(Look { tints: true, ..Look::default() }).unwrap();
+        let id = here.add_model(&GRASS).unwrap();
+        here.draw(camera, &[Instance { model: id, ..plant(tint) }], size).unwrap().image
+    });
+    assert!(mean < 1.5, "{mean}");
+    assert!(foliage.diagnostics().effect_buffers.contains(&"tints"));
 }

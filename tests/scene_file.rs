@@ -108,9 +108,9 @@ fn errors_in_a_scene_name_line_key_and_allowed_values() {
             "`area`",
         ),
         (
-            "[[patch]]\n[[patch.kinds]]\nmodel = \"oak\"\nspacing = 1\nheight = [1, 2]\ntint = [[1, 1, 1], [1, 1, 1]]",
-            "line 13: unknown field `tint`",
-            "`turn`",
+            "[[patch]]\n[[patch.kinds]]\nmodel = \"oak\"\nspacing = 1\nheight = [1, 2]\ntint = [[1, 1, 1], [1, 17, 1]]",
+            "line 13: patch.0.kinds.0.tint is 17",
+            "from 0 to 16",
         ),
         ("[ground]\nheights = \"h.png\"\narea = [1, 1]", "line 8: ground.relief is missing", "given with `heights`"),
         ("[ground]\nrelief = 3", "line 9: ground.relief is given", "given with `heights`"),

@@ -177,6 +177,7 @@ fn every_binding_has_the_number_that_rust_gives_it() {
         ("sways", EFFECTS, SWAYS),
         ("shadow_map", EFFECTS, SHADOW_MAP),
         ("shadow_sampler", EFFECTS, SHADOW_SAMPLER),
+        ("tints", EFFECTS, TINTS),
         ("landscape", MODEL, 0),
         ("ground", FRAME, GROUND),
         ("ground_colors", FRAME, GROUND_COLORS),
@@ -184,7 +185,7 @@ fn every_binding_has_the_number_that_rust_gives_it() {
         ("ground_sampler", FRAME, GROUND_SAMPLER),
     ];
     let effects = Effects { shadow: Some(Shadow::default()), ..Effects::default() };
-    let look = Look { effects, ..Look::default() };
+    let look = Look { effects, tints: true, ..Look::default() };
     let mut seen = std::collections::HashSet::new();
     for variant in Variant::all() {
         let of_plants = [shaders::leaf_pass, shaders::wood_pass, shaders::impostor_pass];

@@ -147,6 +147,8 @@ pub struct FrameList {
     pub impostors: Vec<ImpostorDraw>,
     /// Parallel to `records`; empty if the effect `contrast` is off.
     pub tones: Vec<Tone>,
+    /// Parallel to `records`; empty if the look has no tints.
+    pub tints: Vec<[f32; 3]>,
     /// Parallel to `records`; empty if the effect `wind` is off.
     pub sways: Vec<Sway>,
     /// What all plants share.
@@ -177,6 +179,7 @@ impl Default for FrameList {
             wood: Vec::new(),
             impostors: Vec::new(),
             tones: Vec::new(),
+            tints: Vec::new(),
             sways: Vec::new(),
             needed: Needed::default(),
             faded: 0,
@@ -223,6 +226,7 @@ impl FrameList {
         self.wood.clear();
         self.impostors.clear();
         self.tones.clear();
+        self.tints.clear();
         self.sways.clear();
         self.needed.clear();
         self.faded = 0;
@@ -316,6 +320,9 @@ impl FrameList {
             if let Some(effect) = look.effects.contrast {
                 let kept = effect.kept(instance.active, model.leaves as usize);
                 self.tones.push(Tone { mean: model.mean, kept });
+            }
+            if look.tints {
+                self.tints.push(instance.tint);
             }
             if let Some([now, _]) = moments {
                 self.sways.push(now.sway(&model.shape, &instance.world_from_plant));

@@ -75,6 +75,9 @@ pub struct Instance {
     pub far: Option<f32>,
     /// Tells plants apart where all would change at one size.
     pub seed: u32,
+    /// Factor of its lit colour, linear, from 0 on; used if the look has
+    /// [`tints`](super::Look::tints).
+    pub tint: [f32; 3],
 }
 
 impl Instance {
@@ -90,6 +93,7 @@ impl Instance {
             scales: None,
             far: Some(0.0),
             seed: 0,
+            tint: [1.0; 3],
         }
     }
 }

@@ -70,6 +70,13 @@ impl Lighting {
         let ground = self.ground * (luminance(sun * height(&self) + skylight) / usual);
         Self { sun, sky: skylight, ground, ..shaded }
     }
+
+    /// Light that ground of some linear colour, with a normal of unit length, reflects where the
+    /// sun shines on it.
+    pub fn on_ground(&self, albedo: Vec3, normal: Vec3) -> Vec3 {
+        let cosine = normal.dot(self.towards_sun.normalize_or_zero()).max(0.0);
+        albedo * (self.sun * cosine + self.ground.lerp(self.sky, normal.y * 0.5 + 0.5))
+    }
 }
 
 /// Luminance of a linear colour.

@@ -34,6 +34,9 @@ pub struct Look {
     /// Width in pixels below which only some stems are drawn, widened to cover as much as all of
     /// them would; 0 draws all wood as it is. Only the GPU leaves stems out.
     pub thinnest_px: f32,
+    /// Whether plants are drawn in their own [tints](super::Instance::tint); without it, these are
+    /// ignored and cost nothing.
+    pub tints: bool,
     /// When plants are handed over to the impostors of their models; `None` draws leaves at any
     /// size, as do models without an impostor.
     pub far: Option<Far>,
@@ -49,6 +52,7 @@ impl Default for Look {
             lighting: Lighting::default(),
             ground: None,
             thinnest_px: 0.5,
+            tints: false,
             far: None,
         }
     }
@@ -79,6 +83,12 @@ impl Look {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Factor of the lit colour of a plant.
+    #[cfg(feature = "software")]
+    pub(crate) fn tint_of(&self, plant: &super::Instance) -> glam::Vec3 {
+        if self.tints { plant.tint.into() } else { glam::Vec3::ONE }
     }
 
     /// Whether the mean shaded colour of a model's leaves is needed.

@@ -202,6 +202,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
         .with_part(part(variant.handover, include_str!("../../shaders/handover.wgsl"), NO_HANDOVER))
         .with_part(tone(variant))
+        .with_part(part(look.tints, include_str!("../../shaders/tint.wgsl"), NO_TINT))
         .with_part(part(variant.tiles, include_str!("../../shaders/tiles.wgsl"), NO_TILES))
         .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))
         .with_part(part(has_shadow, include_str!("../../shaders/shadow.wgsl"), ""))
@@ -210,6 +211,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
 }
 
 const NO_SHADOW: &str = "fn sunlit(position_local: vec3<f32>, instance: u32) -> f32 { return 1.0; }\n";
+const NO_TINT: &str = "fn tinted(color: vec3<f32>, instance: u32) -> vec3<f32> { return color; }\n";
 const NO_HANDOVER: &str = "\
 fn kept_samples(pixel: vec2<f32>, instance: u32) -> u32 { return 0xffffffffu; }
 fn leaves_drawn(instance: Instance) -> u32 { return instance.drawn; }

@@ -1,17 +1,15 @@
 //! Bind group layouts.
 
 use super::buffers::buffer;
-use crate::{
-    draw::{
-        look::{Look, Variant},
-        records::bindings::*,
-    },
-    effects::Effects,
+use crate::draw::{
+    look::{Look, Variant},
+    records::bindings::*,
 };
 
-/// Creates the bind group layouts of a model, of a frame and, if an enabled effect has bindings, of
-/// the effects.
-pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::BindGroupLayout> {
+/// Creates the bind group layouts of a model, of a frame and, if an enabled effect has bindings or
+/// there are tints, of the effects.
+pub(super) fn layouts(device: &wgpu::Device, look: &Look) -> Vec<wgpu::BindGroupLayout> {
+    let effects = &look.effects;
     let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
     let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
     let texture = wgpu::BindingType::Texture {
@@ -40,6 +38,9 @@ pub(super) fn layouts(device: &wgpu::Device, effects: &Effects) -> Vec<wgpu::Bin
     }
     if effects.wind.is_some() {
         of_effects.push((SWAYS, vertex | fragment, storage));
+    }
+    if look.tints {
+        of_effects.push((TINTS, fragment, storage));
     }
     let mut layouts = vec![layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)];
     if effects.shadow.is_some() {
@@ -128,7 +129,7 @@ pub(super) fn bound<'a>(
     look: &Look,
     variant: Variant,
 ) -> Vec<Option<&'a wgpu::BindGroupLayout>> {
-    let count = if variant.has_bindings() || look.effects.shadow.is_some() { layouts.len() } else { 2 };
+    let count = if variant.has_bindings() || look.tints || look.effects.shadow.is_some() { layouts.len() } else { 2 };
     layouts[..count].iter().map(Some).collect()
 }
 

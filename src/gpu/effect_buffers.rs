@@ -8,18 +8,20 @@ use super::{
 use crate::{
     draw::{
         frame_list::FrameList,
+        look::Look,
         records::{
             Tone,
-            bindings::{SWAYS, TONES},
+            bindings::{SWAYS, TINTS, TONES},
         },
     },
-    effects::{Effects, wind::Sway},
+    effects::wind::Sway,
 };
 
 /// Buffers and bind group of the enabled effects.
 pub(super) struct EffectBuffers {
     tones: Option<wgpu::Buffer>,
     sways: Option<wgpu::Buffer>,
+    tints: Option<wgpu::Buffer>,
     shadow: Option<Shadow>,
     bindings: wgpu::BindGroup,
 }
@@ -34,11 +36,13 @@ impl EffectBuffers {
     pub(super) fn new(
         device: &wgpu::Device,
         layout: &wgpu::BindGroupLayout,
-        effects: &Effects,
+        look: &Look,
         map: Option<&ShadowMap>,
     ) -> Self {
         use wgpu::BufferUsages as Usage;
         let storage = Usage::STORAGE | Usage::COPY_DST;
+        let effects = &look.effects;
+        let tints = look.tints.then(|| buffer(device, "foliage tints", storage, size_of::<[f32; 3]>() as u64));
         let tones = effects.contrast.map(|_| buffer(device, "foliage tones", storage, size_of::<Tone>() as u64));
         let sways = effects.wind.map(|_| buffer(device, "foliage sways", storage, size_of::<Sway>() as u64));
         let shadow = map.map(|map| Shadow {
@@ -49,20 +53,22 @@ impl EffectBuffers {
             }),
             map: map.clone(),
         });
-        let bindings = bind(device, layout, tones.as_ref(), sways.as_ref(), shadow.as_ref());
-        Self { tones, sways, shadow, bindings }
+        let buffers = [tones.as_ref(), sways.as_ref(), tints.as_ref()];
+        let bindings = bind(device, layout, buffers, shadow.as_ref());
+        Self { tones, sways, tints, shadow, bindings }
     }
 
     /// Labels of the effect buffers and textures.
     pub(super) fn labels(&self) -> Vec<&'static str> {
         let tones = self.tones.iter().map(|_| "tones");
         let sways = self.sways.iter().map(|_| "sways");
-        tones.chain(sways).chain(self.shadow.iter().map(|_| "shadow map")).collect()
+        let tints = self.tints.iter().map(|_| "tints");
+        tones.chain(sways).chain(tints).chain(self.shadow.iter().map(|_| "shadow map")).collect()
     }
 
     /// Total size in bytes of all effect buffers and textures.
     pub(super) fn bytes(&self) -> u64 {
-        let buffers = self.tones.iter().chain(&self.sways);
+        let buffers = self.tones.iter().chain(&self.sways).chain(&self.tints);
         let map = self.shadow.as_ref().map_or(0, |shadow| shadow.map.bytes());
         buffers.map(wgpu::Buffer::size).sum::<u64>() + map
     }
@@ -90,8 +96,12 @@ impl EffectBuffers {
         if let Some(sways) = &mut self.sways {
             is_rebound |= fill(device, queue, sways, &list.sways);
         }
+        if let Some(tints) = &mut self.tints {
+            is_rebound |= fill(device, queue, tints, &list.tints);
+        }
         if is_rebound {
-            self.bindings = bind(device, layout, self.tones.as_ref(), self.sways.as_ref(), self.shadow.as_ref());
+            let buffers = [self.tones.as_ref(), self.sways.as_ref(), self.tints.as_ref()];
+            self.bindings = bind(device, layout, buffers, self.shadow.as_ref());
         }
     }
 }
@@ -106,12 +116,11 @@ fn fill<T: bytemuck::Pod>(device: &wgpu::Device, queue: &wgpu::Queue, to: &mut w
 fn bind(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
-    tones: Option<&wgpu::Buffer>,
-    sways: Option<&wgpu::Buffer>,
+    buffers: [Option<&wgpu::Buffer>; 3],
     shadow: Option<&Shadow>,
 ) -> wgpu::BindGroup {
-    let sways = sways.map(|sways| (SWAYS, sways));
-    let buffers = tones.map(|tones| (TONES, tones)).into_iter().chain(sways);
+    let buffers = [TONES, SWAYS, TINTS].into_iter().zip(buffers);
+    let buffers = buffers.filter_map(|(binding, buffer)| Some((binding, buffer?)));
     let mut entries: Vec<_> = buffers
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
         .collect();

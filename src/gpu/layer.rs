@@ -65,7 +65,7 @@ impl Layer {
         use wgpu::BufferUsages as Usage;
         let storage = Usage::STORAGE | Usage::COPY_DST;
         Self {
-            effects: layouts.get(2).map(|layout| EffectBuffers::new(device, layout, &look.effects, map)),
+            effects: layouts.get(2).map(|layout| EffectBuffers::new(device, layout, &look, map)),
             impostor_layouts: match look.far {
                 Some(_) => std::iter::once(impostor_layout(device)).chain(layouts[1..].iter().cloned()).collect(),
                 None => Vec::new(),

@@ -97,7 +97,7 @@ impl FoliageRenderer {
     pub fn new(device: &wgpu::Device, target: TargetFormat, look: Look) -> Result<Self> {
         check_device(device, target.samples)?;
         look.check()?;
-        let layouts = layouts(device, &look.effects);
+        let layouts = layouts(device, &look);
         let widest = device.limits().max_texture_dimension_2d;
         if let Some(shadow) = look.effects.shadow {
             check_range("effects.shadow.resolution", shadow.resolution, 0..=widest)?;
@@ -132,7 +132,7 @@ impl FoliageRenderer {
         let look = Look { effects, thinnest_px, far, tone: false, ..Look::default() };
         self.landscape_motion =
             self.picture.look.landscape().map(|landscape| LandscapeMotion::new(device, target, &landscape));
-        self.motion = Some(Layer::new(device, Target::Motion(target), look, layouts(device, &effects), None));
+        self.motion = Some(Layer::new(device, Target::Motion(target), look, layouts(device, &look), None));
         self
     }
 

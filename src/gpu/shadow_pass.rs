@@ -40,11 +40,11 @@ impl ShadowPass {
     /// models and frames, are shared.
     pub(super) fn new(device: &wgpu::Device, look: &Look, effect: Shadow, picture: &[wgpu::BindGroupLayout]) -> Self {
         let effects = Effects { wind: look.effects.wind, ..Effects::default() };
-        let of_effects = layouts(device, &effects).into_iter().skip(2);
-        let layouts = picture[..2].iter().cloned().chain(of_effects).collect();
-        let map = ShadowMap::new(device, effect.resolution);
         let towards_sun = look.lighting.towards_sun.as_dvec3();
         let look = Look { effects, far: look.far, tone: false, ..Look::default() };
+        let of_effects = layouts(device, &look).into_iter().skip(2);
+        let layouts = picture[..2].iter().cloned().chain(of_effects).collect();
+        let map = ShadowMap::new(device, effect.resolution);
         Self {
             effect,
             towards_sun,

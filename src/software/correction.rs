@@ -132,6 +132,7 @@ impl Compared<'_> {
             world_from_plant: DAffine3::IDENTITY,
             sway: None,
             share: 1.0,
+            tint: Vec3::ONE,
             seed: 0,
         };
         let draw = |camera: &Camera| {

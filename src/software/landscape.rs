@@ -28,11 +28,8 @@ pub(super) fn color(landscape: &Landscape, eye_height: f64, ray: Vec3) -> Vec3 {
 
 /// Light that reaches the eye from ground of some colour, linear.
 pub(super) fn ground_shown(landscape: &Landscape, albedo: Vec3, normal: Vec3, from_eye: Vec3) -> Vec3 {
-    let lighting = &landscape.lighting;
-    let cosine = normal.dot(lighting.towards_sun.normalize_or_zero()).max(0.0);
-    let lit = lighting.sun * cosine + lighting.ground.lerp(lighting.sky, normal.y * 0.5 + 0.5);
     let haze = landscape.ground.map_or(0.0, |ground| 1.0 - (-from_eye.length() / ground.haze as f32).exp());
-    (albedo * lit).lerp(sky(landscape, Vec3::new(from_eye.x, 0.0, from_eye.z)), haze)
+    landscape.lighting.on_ground(albedo, normal).lerp(sky(landscape, Vec3::new(from_eye.x, 0.0, from_eye.z)), haze)
 }
 
 fn sky(landscape: &Landscape, ray: Vec3) -> Vec3 {

@@ -10,7 +10,7 @@ use crate::{
     model::{FoliageModel, Leaf, Timeline, Transition},
     plant::{Outline, Outlines, Tiles, Wood, WoodPart},
 };
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 /// Triangles of one material, scaled about a pivot.
 #[derive(Debug, Clone, Copy)]
@@ -207,12 +207,14 @@ pub struct Placed<'a> {
     pub sway: Option<Sway>,
     /// Share of a pixel's samples, from 0 to 1, that are left to the plant's impostor.
     pub far: f32,
+    /// Factor of its lit colour, linear.
+    pub tint: Vec3,
 }
 
 impl<'a> Placed<'a> {
     /// Places a list, with the tone of the picture and without wind.
     pub fn new(list: &'a DrawList<'a>, world_from_plant: DAffine3) -> Self {
-        Self { list, world_from_plant, tone: None, sway: None, far: 0.0 }
+        Self { list, world_from_plant, tone: None, sway: None, far: 0.0, tint: Vec3::ONE }
     }
 
     pub(super) fn is_sound(&self) -> bool {

@@ -141,6 +141,7 @@ impl<'a> Painter<'a> {
         let projected = project(&plants, ground, &self.mips, camera, size, options);
         let lights: Vec<_> = plants.iter().map(|plant| plant.light(camera.eye, &options.lighting)).collect();
         let tones: Vec<_> = plants.iter().map(|plant| plant.tone.or(options.tone)).collect();
+        let tints: Vec<_> = plants.iter().map(|plant| plant.tint).collect();
         let far: Vec<f32> = plants.iter().map(|plant| plant.far).collect();
         let sprites: Vec<Sprite<'_>> = contents
             .impostors
@@ -154,6 +155,7 @@ impl<'a> Painter<'a> {
             srgb: &self.srgb,
             lights: &lights,
             tones: &tones,
+            tints: &tints,
             far: &far,
             sprites: &sprites,
             ground: contents.ground,

@@ -192,7 +192,8 @@ impl<'a> SoftwareRenderer<'a> {
         let placed: Vec<Placed<'_>> = with_leaves
             .map(|&(model, instance, far)| {
                 let (tone, sway) = (self.toning(model, instance), sway(model, instance));
-                Placed { tone, sway, far, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
+                let tint = look.tint_of(instance);
+                Placed { tone, sway, far, tint, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
             })
             .collect();
         let with_impostors = known.iter().filter(|(.., share)| *share > 0.0);
@@ -205,8 +206,9 @@ impl<'a> SoftwareRenderer<'a> {
                 };
                 let sway = sway(model, instance);
                 let world_from_plant = instance.world_from_plant;
-                let seed = instance.seed;
-                Some(PlacedImpostor { framing: *framing, pages, crown: *crown, world_from_plant, sway, share, seed })
+                let (seed, tint) = (instance.seed, look.tint_of(instance));
+                let framing = *framing;
+                Some(PlacedImpostor { framing, pages, crown: *crown, world_from_plant, sway, share, tint, seed })
             })
             .filter(|placed| is_sound(&placed.world_from_plant))
             .collect();

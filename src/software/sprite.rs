@@ -29,6 +29,8 @@ pub(super) struct PlacedImpostor<'a> {
     pub(super) sway: Option<Sway>,
     /// Share of the samples that it takes; the leaves have the others.
     pub(super) share: f32,
+    /// Factor of its lit colour, linear.
+    pub(super) tint: Vec3,
     /// See [`Instance::seed`](crate::Instance::seed).
     pub(super) seed: u32,
 }
@@ -50,6 +52,7 @@ pub(super) struct Sprite<'a> {
     /// Mip level, with a fraction.
     level: f32,
     is_deep: bool,
+    tint: Vec3,
     share: f32,
     /// Number by which the samples of plants differ.
     seed: u32,
@@ -108,7 +111,7 @@ impl<'a> Sprite<'a> {
         size: [u32; 2],
         lighting: &Lighting,
     ) -> Option<Self> {
-        let PlacedImpostor { framing, pages, crown, world_from_plant, sway, share, seed } = *placed;
+        let PlacedImpostor { framing, pages, crown, world_from_plant, sway, share, tint, seed } = *placed;
         let plant_from_world = world_from_plant.inverse();
         let center = Vec3::from(framing.center).as_dvec3();
         let eye = (plant_from_world.transform_point3(camera.eye) - center).as_vec3();
@@ -141,6 +144,7 @@ impl<'a> Sprite<'a> {
             level: (((framing.frame_px - 2) as f32 / diameter_px).log2() - SHARPER_LEVELS).max(0.0),
             is_deep: diameter_px >= DEEP_FROM_PX,
             share,
+            tint,
             seed: if share >= 1.0 { seed << 2 } else { 0 },
             sway,
             clip_from_plant,
@@ -233,7 +237,7 @@ impl<'a> Sprite<'a> {
     /// Linear light of a pixel.
     pub(super) fn shade(&self, seen: &Seen) -> Vec3 {
         let lit = |is_leaf| self.light.reflected_by_many(seen.albedo, seen.normal, seen.from_eye, is_leaf);
-        lit(false).lerp(lit(true), seen.leaf)
+        lit(false).lerp(lit(true), seen.leaf) * self.tint
     }
 
     /// What a frame's picture shows on a ray, and its place. The picture is looked up where the ray

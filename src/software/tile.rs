@@ -41,6 +41,7 @@ pub(super) struct Scene<'a> {
     /// One per plant, as in `tones`.
     pub(super) lights: &'a [Light],
     pub(super) tones: &'a [Option<Toning>],
+    pub(super) tints: &'a [Vec3],
     /// Share of each plant's samples that are left to its impostor.
     pub(super) far: &'a [f32],
     pub(super) sprites: &'a [Sprite<'a>],
@@ -286,10 +287,11 @@ impl Tile {
         }
         let light = &scene.lights[triangle.plant as usize];
         let color = light.reflected(albedo, normal, from_eye, is_leaf, two_sided);
-        match scene.tones[triangle.plant as usize] {
+        let toned = match scene.tones[triangle.plant as usize] {
             Some(tone) if is_leaf => toned(color.into(), tone.mean, triangle.kept).into(),
             _ => color,
-        }
+        };
+        toned * scene.tints[triangle.plant as usize]
     }
 
     /// Colour of the ground in a pixel.

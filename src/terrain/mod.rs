@@ -75,6 +75,19 @@ impl Terrain {
         &self.heights
     }
 
+    /// Linear colour of the texel at a place, for plants that take it; `None` without colours and
+    /// beyond the area.
+    #[cfg(feature = "software")]
+    pub fn color(&self, at: [f64; 2]) -> Option<[f32; 3]> {
+        let colors = self.colors.as_ref()?;
+        let (corner, sides) = (self.heights.low_corner(), self.heights.size());
+        let [x, z] = [(0, colors.width), (1, colors.height)]
+            .map(|(axis, texels)| ((at[axis] - corner[axis]) / sides[axis] * f64::from(texels)).floor());
+        let inside = (0.0..f64::from(colors.width)).contains(&x) && (0.0..f64::from(colors.height)).contains(&z);
+        let first = 4 * (z as usize * colors.width as usize + x as usize);
+        inside.then(|| [0, 1, 2].map(|i| crate::srgb::linear(f32::from(colors.rgba[first + i]) / 255.0)))
+    }
+
     /// The colours, if there are any.
     pub fn colors(&self) -> Option<&Pixels> {
         self.colors.as_ref()

@@ -46,9 +46,8 @@ pub struct PlantKind {
     /// Least and greatest rotation about the vertical, in degrees.
     #[serde(default = "full_turn")]
     pub turn: [f32; 2],
-    /// Colour factors (linear) between which each plant takes one, for engines: scene files cannot
-    /// give them, since the drawers of this crate have no colour of a plant.
-    #[serde(skip, default = "no_tint")]
+    /// Colour factors (linear) between which each plant takes one: 0 to 16.
+    #[serde(default = "no_tint")]
     pub tint: [[f32; 3]; 2],
     /// Least and greatest slope of the ground, in degrees.
     #[serde(default = "any_slope")]

@@ -1,20 +1,33 @@
 //! How plants of a patch become fewer with distance, and are gone at the end of their reach.
 //!
 //! Over the last part of the reach those of high ranks go first; those that stay grow, so that
-//! together they cover as much from any side, and each sinks into the ground just before it goes:
-//! nothing vanishes at once, and where the ground has the plants' colour the border is hard to see.
+//! together they cover as much from any side and take the ground's colour, and each sinks into the
+//! ground just before it goes: nothing vanishes at once.
 
 use super::kind::PlantKind;
 
 /// Greatest growth, with which a fourth of the plants cover what all did.
 const MOST_GROWTH: f64 = 2.0;
+/// Part of the plants that are gone when the others have the ground's colour.
+const FADES_OVER: f64 = 0.75;
 /// Part of the distance over which plants become fewer over which one of them sinks.
 const SINKS_OVER: f64 = 0.12;
 
+/// How a plant of a patch is drawn at a distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Factor of its width: 1 to 2.
+    pub width: f64,
+    /// Factor of its height: 0 to 2.
+    pub height: f64,
+    /// Share of its colour that is the ground's: 0 to 1.
+    pub fade: f64,
+}
+
 impl PlantKind {
-    /// Factors of the width and of the height at which a plant of `rank` (see
-    /// [`PatchPlant`](super::PatchPlant)) is drawn at a distance; `None` if it is left out.
-    pub fn seen(&self, rank: u16, distance: f64) -> Option<[f64; 2]> {
+    /// How a plant of `rank` (see [`PatchPlant`](super::PatchPlant)) is drawn at a distance; `None`
+    /// if it is left out.
+    pub fn seen(&self, rank: u16, distance: f64) -> Option<Seen> {
         let reach = self.reach();
         // Where plants begin to become fewer, and how far that goes.
         let over = reach * f64::from(self.thins_over);
@@ -23,7 +36,8 @@ impl PlantKind {
         let share = if over > 0.0 { ((reach - distance) / over).clamp(0.0, 1.0) } else { 1.0 };
         let height = if over > 0.0 { ((own - distance) / (SINKS_OVER * over)).min(1.0) } else { 1.0 };
         let growth = (1.0 / share.sqrt()).min(MOST_GROWTH);
-        is_seen.then_some([growth, growth * height])
+        let fade = ((1.0 - share) / FADES_OVER).min(1.0);
+        is_seen.then_some(Seen { width: growth, height: growth * height, fade })
     }
 }
 
@@ -38,14 +52,20 @@ mod tests {
         for (distance, share) in [(0.0, 1.0), (59.9, 1.0), (80.0, 0.5), (90.0, 0.25), (100.0, 0.0)] {
             let seen: Vec<_> = ranks().filter_map(|rank| kind.seen(rank, distance)).collect();
             assert!((seen.len() as f64 / 4096.0 - share).abs() < 0.01, "{} at {distance}", seen.len());
-            assert!(seen.iter().all(|[width, height]| (width * width * share - 1.0).abs() < 0.01 && height <= width));
+            assert!(
+                seen.iter()
+                    .all(|seen| (seen.width * seen.width * share - 1.0).abs() < 0.01 && seen.height <= seen.width)
+            );
         }
         for rank in [0, 30_000, 65_535] {
             let heights: Vec<f64> =
-                (0..10_000).map(|i| kind.seen(rank, f64::from(i) * 0.01).map_or(0.0, |[_, height]| height)).collect();
+                (0..10_000).map(|i| kind.seen(rank, f64::from(i) * 0.01).map_or(0.0, |seen| seen.height)).collect();
             assert!(heights.windows(2).all(|pair| (pair[0] - pair[1]).abs() < 0.005), "{rank}");
         }
         let abrupt = PlantKind { thins_over: 0.0, ..kind };
-        assert_eq!([99.9, 100.0].map(|at| abrupt.seen(9, at)), [Some([1.0, 1.0]), None]);
+        assert_eq!(
+            [99.9, 100.0].map(|at| abrupt.seen(9, at)),
+            [Some(Seen { width: 1.0, height: 1.0, fade: 0.0 }), None]
+        );
     }
 }

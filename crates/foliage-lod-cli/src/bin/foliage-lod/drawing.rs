@@ -92,6 +92,7 @@ fn instances(ids: &[ModelId], plants: &[Shown]) -> Vec<Instance> {
         leaf_scale: plant.leaf_scale,
         far: plant.far,
         seed: plant.seed,
+        tint: plant.tint.to_array(),
         ..Instance::new(ids[plant.model], plant.world_from_plant, plant.active)
     };
     plants.iter().map(instance).collect()

@@ -4,10 +4,10 @@ use foliage_lod::{
     Result,
     scene::{
         Footing, MAX_PLANTS, Planted, SceneFile,
-        patch::{HeightMap, PatchEntry, Tile, TileCounts, TileOptions, Tiles},
+        patch::{HeightMap, PatchEntry, Seen, Tile, TileCounts, TileOptions, Tiles},
     },
 };
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use std::path::Path;
 
 /// Most cells that the tiles of a patch have, so that their plants take at most 240 MB.
@@ -28,6 +28,9 @@ pub struct Thinning {
     pub seed: u32,
     foot: DVec3,
     rank: u16,
+    tint: Vec3,
+    /// Its tint where it has the ground's colour.
+    faded: Vec3,
     /// Its patch, and its kind there.
     kind: [u16; 2],
 }
@@ -50,17 +53,18 @@ impl Patches {
         Ok(Self { patches, models: scene.patch.iter().map(model).collect(), footings })
     }
 
-    /// Transform of a plant as it is shown to an eye; `None` if it is not.
-    pub fn shown(&self, plant: &Thinning, world_from_plant: DAffine3, eye: DVec3) -> Option<DAffine3> {
+    /// Transform and tint of a plant as it is shown to an eye; `None` if it is not.
+    pub fn shown(&self, plant: &Thinning, world_from_plant: DAffine3, eye: DVec3) -> Option<(DAffine3, Vec3)> {
         let [patch, kind] = plant.kind.map(usize::from);
         let kind = &self.patches[patch].patch().kinds()[kind];
-        let [width, height] = kind.seen(plant.rank, plant.foot.distance(eye))?;
-        if [width, height] == [1.0, 1.0] {
-            return Some(world_from_plant);
+        let Seen { width, height, fade } = kind.seen(plant.rank, plant.foot.distance(eye))?;
+        if fade == 0.0 && height == 1.0 {
+            return Some((world_from_plant, plant.tint));
         }
         let sized = DAffine3::from_scale(DVec3::new(width, height, width));
         let [to_foot, from_foot] = [plant.foot, -plant.foot].map(DAffine3::from_translation);
-        Some(to_foot * sized * from_foot * world_from_plant)
+        let tint = plant.tint.lerp(plant.faded, fade as f32);
+        Some((to_foot * sized * from_foot * world_from_plant, tint))
     }
 
     /// Whether the scene has none.
@@ -83,19 +87,25 @@ impl Patches {
     }
 
     /// Appends the plants of all tiles, at most [`MAX_PLANTS`] in all; what would be more is left
-    /// out. Returns how many were.
-    pub fn plant(&self, planted: &mut Vec<Planted>, thinning: &mut Vec<Thinning>) -> usize {
+    /// out. Returns how many were. `faded` is the tint with which a model has the colour of the
+    /// ground at a place.
+    pub fn plant(
+        &self,
+        planted: &mut Vec<Planted>,
+        thinning: &mut Vec<Thinning>,
+        faded: impl Fn(usize, DVec3) -> Vec3,
+    ) -> usize {
         let mut left_out = 0;
         for (number, (tiles, models)) in (0..).zip(self.patches.iter().zip(&self.models)) {
             for Tile { plants, .. } in tiles.tiles() {
                 let room = (MAX_PLANTS as usize).saturating_sub(planted.len());
                 left_out += plants.len().saturating_sub(room);
                 for plant in &plants[..room.min(plants.len())] {
-                    let kind = usize::from(plant.kind);
-                    let world_from_plant = self.footings[models[kind]].world_from_patch(plant);
-                    planted.push(Planted { model: models[kind], world_from_plant });
-                    let kind = [number, plant.kind];
-                    thinning.push(Thinning { seed: plant.seed, foot: plant.at, rank: plant.rank, kind });
+                    let model = models[usize::from(plant.kind)];
+                    planted.push(Planted { model, world_from_plant: self.footings[model].world_from_patch(plant) });
+                    let (kind, faded) = ([number, plant.kind], faded(model, plant.at));
+                    let (foot, rank, seed, tint) = (plant.at, plant.rank, plant.seed, plant.tint.into());
+                    thinning.push(Thinning { seed, foot, rank, tint, faded, kind });
                 }
             }
         }

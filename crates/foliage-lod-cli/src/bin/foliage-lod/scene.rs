@@ -19,10 +19,10 @@ use foliage_lod::{
     grow::{GrowOptions, Species, grow},
     scene::{Active, Footing, Kind, ModelSource, Placement, Planted, SceneFile},
     simplify::{CpuFragments, SimplifyOptions, simplify},
-    software::BakeOptions,
+    software::{BakeOptions, mean_leaf_color},
     terrain::{HeightMap, Terrain},
 };
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use indicatif::HumanCount;
 use std::{
     path::{Path, PathBuf},
@@ -53,6 +53,8 @@ pub struct Opened {
     /// For each plant of a patch, until where it is shown.
     thinning: Vec<Thinning>,
     grove: Grove,
+    /// Mean lit colour of each model's leaves, if there are patches.
+    means: Vec<Vec3>,
     /// Whether it was told that plants of patches are left out.
     has_told: bool,
     /// Bounding sphere of the scene.
@@ -156,12 +158,18 @@ impl Opened {
             terrain,
             thinning,
             grove,
+            means: Vec::new(),
             has_told,
             around,
             near,
             active,
         };
         opened.fill_grove()?;
+        if !opened.patches.is_empty() {
+            let lighting = opened.look().lighting();
+            let mean = |model: &FoliageModel| mean_leaf_color(model, &lighting).map(Vec3::from);
+            opened.means = opened.models.iter().map(mean).collect::<Result<_>>()?;
+        }
         Ok(opened)
     }
 
@@ -189,7 +197,18 @@ impl Opened {
         if counts.made + counts.dropped > 0 {
             self.planted.truncate(self.fixed);
             self.thinning.clear();
-            let left_out = self.patches.plant(&mut self.planted, &mut self.thinning);
+            let lighting = self.look().lighting();
+            let faded = |model: usize, foot: DVec3| {
+                let ground =
+                    self.file.ground.as_ref().zip(Some(self.means[model])).filter(|(_, mean)| *mean != Vec3::ZERO);
+                ground.map_or(Vec3::ONE, |(ground, mean)| {
+                    let at = [foot.x, foot.z];
+                    let [x, z] = self.heights.gradient(at).map(|rise| rise as f32);
+                    let albedo = self.terrain.as_ref().and_then(|terrain| terrain.color(at)).unwrap_or(ground.color);
+                    lighting.on_ground(albedo.into(), Vec3::new(-x, 1.0, -z).normalize()) / mean
+                })
+            };
+            let left_out = self.patches.plant(&mut self.planted, &mut self.thinning, faded);
             if (left_out > 0 || counts.over > 0) && !std::mem::replace(&mut self.has_told, true) {
                 complain(format_args!(
                     "warning: {left_out} plants and {} tiles of patches are left out; make their `reach` shorter or their \
@@ -246,6 +265,7 @@ impl Opened {
             lighting,
             ground,
             far: self.file.far,
+            tints: !self.patches.is_empty(),
             ..Look::default()
         }
     }
@@ -283,14 +303,14 @@ impl Opened {
     fn selected(&self, full: bool, eye: DVec3) -> Vec<Shown> {
         let shown = |active: &Active| {
             let Planted { model, mut world_from_plant } = self.planted[active.instance as usize];
-            let mut seed = active.instance;
+            let (mut seed, mut tint) = (active.instance, Vec3::ONE);
             if let Some(plant) = (seed as usize).checked_sub(self.fixed).map(|number| &self.thinning[number]) {
                 seed = plant.seed;
-                world_from_plant = self.patches.shown(plant, world_from_plant, eye)?;
+                (world_from_plant, tint) = self.patches.shown(plant, world_from_plant, eye)?;
             }
             let leaves = self.models[model].leaves.len() as f32;
             let (active, far) = if full { (leaves, None) } else { (active.count, Some(active.far)) };
-            Some(Shown { model, world_from_plant, active, leaf_scale: 1.0, far, seed })
+            Some(Shown { model, world_from_plant, active, leaf_scale: 1.0, far, seed, tint })
         };
         self.active.iter().filter_map(shown).collect()
     }

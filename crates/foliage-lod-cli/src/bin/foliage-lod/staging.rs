@@ -2,7 +2,7 @@
 
 use crate::planting::Planting;
 use foliage_lod::{Camera, FoliageModel, Look, terrain::Terrain};
-use glam::DAffine3;
+use glam::{DAffine3, Vec3};
 use std::sync::Arc;
 
 /// Contents of a picture.
@@ -38,6 +38,8 @@ pub struct Shown {
     pub far: Option<f32>,
     /// Tells plants apart.
     pub seed: u32,
+    /// Factor of its lit colour.
+    pub tint: Vec3,
 }
 
 impl<'a> Staging<'a> {
@@ -53,7 +55,8 @@ impl<'a> Staging<'a> {
     ) -> Self {
         let plants = (0..).zip(&planting.plants).map(|(seed, plant)| {
             let (active, leaf_scale) = drawn(plant.distance);
-            Shown { model: 0, world_from_plant: plant.world_from_plant, active, leaf_scale, far: Some(0.0), seed }
+            let (world_from_plant, far, tint) = (plant.world_from_plant, Some(0.0), Vec3::ONE);
+            Shown { model: 0, world_from_plant, active, leaf_scale, far, seed, tint }
         });
         let models = std::slice::from_ref(model);
         let camera = planting.camera.camera(height_px);

@@ -219,6 +219,7 @@ impl Stage for Viewer {
         let instance = |shown: &Shown| Instance {
             far: shown.far,
             seed: shown.seed,
+            tint: shown.tint.to_array(),
             ..Instance::new(self.ids[shown.model], shown.world_from_plant, shown.active)
         };
         self.opened.follow(camera.eye, false)?;
