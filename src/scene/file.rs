@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 /// Maximum number of plants in a scene.
 pub const MAX_PLANTS: u32 = 1_000_000;
 /// Hint appended to error messages.
-const SEE: &str = "see data/scenes/forest.toml and meadow.toml for every key";
+const SEE: &str = "see data/scenes/forest.toml, meadow.toml and landscape.toml for every key";
 
 /// A scene.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -47,9 +47,9 @@ impl Grid {
     /// Measures errors from the finest points to the coarsest.
     fn measure(&mut self, heights: &HeightMap) {
         let side = self.side();
-        let places: Vec<[u32; 2]> = (0..=side).flat_map(|z| (0..=side).map(move |x| [x, z])).collect();
+        let places = (0..=side).flat_map(|z| (0..=side).map(move |x| [x, z]));
         let share = |at: u32| f64::from(at) / f64::from(side);
-        let height: Vec<f32> = places.iter().map(|at| heights.height_at(at.map(share)) as f32).collect();
+        let height: Vec<f32> = places.map(|at| heights.height_at(at.map(share)) as f32).collect();
         let mut half = 1;
         while half < side {
             self.measure_edges(&height, half);

@@ -458,6 +458,53 @@ target = [0, 0, 0]
 }
 
 #[test]
+fn a_scene_has_hills_that_plants_and_walkers_stand_on() {
+    let folder = TempDir::new().unwrap();
+    let hills = r#"
+[[models]]
+name = "grass"
+species = "meadow-grass"
+
+[[plants]]
+model = "grass"
+at = [15, 0, 0]
+scale = 4
+
+[ground]
+heights = "hill.png"
+relief = 30
+colors = "red.png"
+area = [64, 64]
+
+[camera]
+eye = [-25, 2, 0]
+target = [15, 2, 0]
+above_ground = true
+"#;
+    fs::write(folder.path().join("hills.toml"), hills).unwrap();
+    let arguments = ["render", "hills.toml", "-o", "a.png", "--size", "160x90", "--raster", "cpu", "--json"];
+    assert!(error_line(&run(&folder, &arguments), 1).contains("hill.png"), "maps are missed before anything is grown");
+    // A ramp that rises with x.
+    let texels = (0..16_u16).map(|x| x * 4096).collect();
+    image::ImageBuffer::<image::Luma<u16>, _>::from_raw(16, 1, texels)
+        .map(|map: image::ImageBuffer<_, Vec<u16>>| map.save(folder.path().join("hill.png")))
+        .unwrap()
+        .unwrap();
+    assert!(error_line(&run(&folder, &arguments), 1).contains("red.png"));
+    image::RgbImage::from_pixel(2, 2, image::Rgb([200, 20, 20])).save(folder.path().join("red.png")).unwrap();
+    let drawn = json(&run(&folder, &arguments));
+    assert!(drawn["instances"] == 1 && drawn["ground_triangles"].as_u64() > Some(1), "{drawn}");
+    let picture = image::open(folder.path().join("a.png")).unwrap().to_rgb8();
+    let is_red = |pixel: &image::Rgb<u8>| u32::from(pixel[0]) > 2 * u32::from(pixel[1]);
+    // The camera looks along the slope, which fills the lower half; the tuft stands in its middle.
+    assert!(is_red(picture.get_pixel(20, 60)) && !is_red(picture.get_pixel(20, 5)));
+    let is_green = |pixel: &image::Rgb<u8>| pixel[1] > pixel[0] && pixel[1] > pixel[2];
+    assert!(
+        (30..50).any(|y| is_green(picture.get_pixel(80, y))) && !(50..89).any(|y| is_green(picture.get_pixel(80, y)))
+    );
+}
+
+#[test]
 fn options_that_a_scene_sets_are_refused_and_so_are_missing_models_and_crowded_scatters() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("grove.toml"), SCENE).unwrap();

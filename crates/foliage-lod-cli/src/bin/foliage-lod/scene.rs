@@ -279,6 +279,7 @@ impl Opened {
     }
 
     /// The place, or the one above it that is a near plane's distance over the ground.
+    #[cfg(feature = "viewer")]
     pub fn above_ground(&self, at: DVec3) -> DVec3 {
         let least = self.heights.height([at.x, at.z]) + 2.0 * self.near;
         if self.terrain.is_some() { at.with_y(at.y.max(least)) } else { at }
