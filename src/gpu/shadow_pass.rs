@@ -44,7 +44,8 @@ impl ShadowPass {
         let layouts = picture[..2].iter().cloned().chain(of_effects).collect();
         let map = ShadowMap::new(device, effect.resolution);
         let towards_sun = look.lighting.towards_sun.as_dvec3();
-        let look = Look { effects, far: look.far, tone: false, ..Look::default() };
+        let Look { far, wood_error_px, .. } = *look;
+        let look = Look { effects, far, wood_error_px, tone: false, ..Look::default() };
         Self {
             effect,
             towards_sun,

@@ -221,6 +221,7 @@ impl Opened {
             lighting,
             ground,
             far: self.file.far,
+            wood_error_px: self.file.lod.wood_error.unwrap_or(Look::default().wood_error_px),
             ..Look::default()
         }
     }
