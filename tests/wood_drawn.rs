@@ -9,10 +9,12 @@ mod common;
 use common::gpu::{difference, gpu};
 use foliage_lod::{
     FoliageModel, FoliageRenderer, Instance, Look, LookAt,
-    draw::{self, Prepared},
+    draw::{self, Prepared, Upload},
     effects::{Effects, Shadow, Wind},
     gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
+    material::Material,
+    plant::WoodPart,
     software::{Image, SoftwareRenderer},
     stochastic::shuffled,
     wood::{WoodLevels, nearest_stems, stems, vanishing},
@@ -102,6 +104,32 @@ fn wood_without_error_is_drawn_in_full_and_a_model_without_an_order_as_before() 
     let [(with, _), (without, _)] = [&model, &plain].map(|model| painted(model, whole, 300.0, 160));
     assert!(difference(&with, &without).0 < 0.1);
     assert_eq!(painted(&plain, Look::default(), 0.0, 40).1.wood_triangles, model.wood.triangles() as u64);
+}
+
+#[test]
+fn wood_of_two_materials_slides_in_each() {
+    let Some(gpu) = gpu() else { return };
+    let mut model = model("betula-populifolia", 200);
+    let last = model.materials.len() as u32;
+    let red =
+        Material { base_color: [1.0, 0.1, 0.1, 1.0], ..model.materials[model.wood.parts[0].material as usize].clone() };
+    model.materials.push(red);
+    // Both materials share vertices.
+    let [all, material] = [model.wood.indices.len() as u32, model.wood.parts[0].material];
+    let middle = all / 6 * 3;
+    model.wood.parts =
+        vec![WoodPart { indices: [0, middle], material }, WoodPart { indices: [middle, all], material: last }];
+    model.order_wood();
+    let upload = Upload::sliding(&model);
+    assert_eq!(upload.wood_slides.len(), upload.wood_vertices.len());
+    for (vertex, slide) in upload.wood_vertices.iter().zip(&upload.wood_slides) {
+        assert_eq!(vertex.material, upload.wood_vertices[slide.parent as usize].material);
+    }
+    let look = Look { wood_error_px: 4.0, ..Look::default() };
+    let (drawn, painted) = (drawn(&gpu, &model, look, 0.0, 192).0, painted(&model, look, 0.0, 192).0);
+    let (mean, percentile) = difference(&drawn, &painted);
+    println!("{mean:.2}, {percentile}");
+    assert!(mean < 3.0 && percentile < 40, "{mean} {percentile}");
 }
 
 #[test]
