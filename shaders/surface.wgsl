@@ -40,8 +40,9 @@ struct Instance {
     // Number of leaves to draw; within the hand-over LEAF_BITS of it, and above them the share of
     // the impostor.
     drawn: u32,
-    // Least width of a drawn stem, in local space.
-    stem_width: f32,
+    // Error that the wood is drawn at if its vertices slide; otherwise the least width of a drawn
+    // stem. In local space.
+    wood_error: f32,
 }
 
 // The crown: the box around all leaves, drawn or not.
@@ -131,7 +132,7 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     var coverage = texel.coverage * surface.share;
     var dither = texel.dither;
     if surface.share < 1.0 {
-        dither = hash(vec3<i32>(floor(surface.position_local / instances[surface.instance].stem_width)));
+        dither = hash(vec3<i32>(floor(surface.position_local / instances[surface.instance].wood_error)));
     }
     if is_leaf {
         coverage *= fade_share(surface.leaf, surface.instance);

@@ -1,10 +1,11 @@
-// Vertices of trunks and branches for motion_pass, in this frame and the previous one.
+// Vertices of trunks and branches for motion_pass, in this frame and the previous one, both at this
+// frame's error.
 
 @vertex
-fn wood_motion(@builtin(instance_index) instance: u32, @location(0) packed: vec4<u32>) -> Moving {
-    let vertex = wood_vertex(packed);
+fn wood_motion(corner: WoodCorner) -> Moving {
+    let vertex = wood_vertex(corner, instances[corner.instance].wood_error);
     return moving(
-        wood_surface(instance, vertex, frame.clip_from_anchor),
-        wood_surface(frame.plants + instance, vertex, frame.clip_from_anchor_before),
+        wood_surface(corner.instance, vertex, frame.clip_from_anchor),
+        wood_surface(frame.plants + corner.instance, vertex, frame.clip_from_anchor_before),
     );
 }

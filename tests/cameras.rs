@@ -64,7 +64,7 @@ impl Stage {
     fn new() -> Option<Self> {
         let gpu = gpu()?;
         let target = Offscreen::new(&gpu, SIZE).unwrap();
-        let look = Look { thinnest_px: 0.0, ..Look::default() };
+        let look = Look { wood_error_px: 0.0, ..Look::default() };
         let foliage = FoliageRenderer::new(gpu.device(), TARGET, look).unwrap();
         Some(Self { gpu, target, foliage })
     }

@@ -34,7 +34,7 @@ impl Stage {
         let gpu = gpu()?;
         let mut model = birch();
         if look.coloring == Coloring::Flat {
-            model.wood = Default::default();
+            (model.wood, model.wood_order) = (Default::default(), None);
         }
         let target = Offscreen::new(&gpu, SIZE).unwrap();
         let foliage = FoliageRenderer::new(gpu.device(), TARGET, look).unwrap();
@@ -59,7 +59,9 @@ fn birch() -> FoliageModel {
     let species = Species::embedded("betula-populifolia").unwrap();
     let plant = grow(&species, &GrowOptions { leaves: Some(400), ..GrowOptions::default() }).unwrap();
     let options = SimplifyOptions { resolution: 64, ..SimplifyOptions::balanced() };
-    simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model
+    let mut model = simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
+    model.order_wood();
+    model
 }
 
 fn windy() -> Look {

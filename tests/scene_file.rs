@@ -77,6 +77,7 @@ fn errors_in_a_scene_name_line_key_and_allowed_values() {
         ("[effects.fade]\nrule = \"slow\"", "line 9: unknown variant `slow`", "`trailing`"),
         ("[lod]\npolicy = \"cook\"\nnear = 3", "line 10: lod.near is 3", "cook does not use it"),
         ("[lod]\nhalf_area = 0.4", "line 9: lod.half_area is 0.4", "blend does not use it"),
+        ("[lod]\nwood_error = -0.5", "line 9: lod.wood_error is -0.5", "from 0 to"),
         (
             "[lod]\npolicy = \"sizes\"\nshares = [[50, 0.1], [20, 0.3]]",
             "line 10: lod.shares is",
@@ -129,6 +130,8 @@ fn errors_in_a_scene_name_line_key_and_allowed_values() {
 
 #[test]
 fn numbers_of_a_rule_reach_the_rule() {
+    let scene = read(&format!("{SMALL}[lod]\nwood_error = 2")).unwrap();
+    assert_eq!((scene.lod.policy, scene.lod.wood_error), (Policy::Blend, Some(2.0)));
     let scene = read(&format!("{SMALL}[lod]\npolicy = \"cook\"\nstart = 5\nhalf_area = 0.25")).unwrap();
     assert_eq!((scene.lod.policy, scene.lod.start, scene.lod.half_area), (Policy::Cook, Some(5.0), Some(0.25)));
 }

@@ -8,7 +8,8 @@ use foliage_lod::{
         Variant,
         records::{
             CrownRecord, Event, FrameRecord, GroundRecord, ImpostorRecord, InstanceRecord, LandscapeRecord, LookRecord,
-            MaterialRecord, MotionRays, PackedCorner, PackedLeaf, PackingRecord, Tone, bindings,
+            MaterialRecord, MotionRays, PackedCorner, PackedLeaf, PackingRecord, SlidingWood, StemRecord, Tone,
+            bindings,
         },
         shaders,
     },
@@ -60,9 +61,10 @@ fn every_struct_of_the_fragment_pass_lies_in_memory_as_in_rust() {
 #[test]
 fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     let look = Look::default();
-    for wgsl in
-        Variant::all().flat_map(|variant| [shaders::leaf_pass, shaders::wood_pass].map(|wgsl| wgsl(&look, variant)))
-    {
+    for wgsl in Variant::all().flat_map(|variant| {
+        let wood = [false, true].map(|slides| shaders::wood_pass(&look, variant, slides));
+        wood.into_iter().chain([shaders::leaf_pass(&look, variant)])
+    }) {
         let module = parsed(&wgsl);
         assert_layout!(
             &module,
@@ -77,7 +79,7 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
                 first_scale,
                 first_partial,
                 drawn,
-                stem_width
+                wood_error
             ]
         );
         assert_layout!(
@@ -108,6 +110,14 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     assert_layout!(&module, PackedCorner, "LeafCorner", [offset_xy, offset_z_normal, uv]);
     assert_layout!(&module, PackedLeaf, "LeafRecord", [pivot_xy, pivot_z_seed, first_event, color_look]);
     assert_layout!(&module, Event, "Event", [leaf, scale]);
+    let module = parsed(&shaders::wood_pass(&look, all, true));
+    assert_layout!(
+        &module,
+        SlidingWood,
+        "SlidingWood",
+        [position_xy, position_z_normal, uv, look, parent, stem_threshold]
+    );
+    assert_layout!(&module, StemRecord, "Stem", [width, swells]);
     parsed(&shaders::backdrop_pass());
     let shadowed = Look {
         effects: Effects { shadow: Some(Shadow::default()), sky: Some(Sky::default()), ..Effects::default() },
@@ -130,9 +140,11 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     for variant in Variant::all() {
         parsed(&shaders::leaf_pass(&shadowed, variant));
         parsed(&shaders::leaf_shadow(&look, variant));
-        parsed(&shaders::wood_shadow(&look, variant));
         parsed(&shaders::leaf_motion(&look, variant));
-        parsed(&shaders::wood_motion(&look, variant));
+        for slides in [false, true] {
+            parsed(&shaders::wood_shadow(&look, variant, slides));
+            parsed(&shaders::wood_motion(&look, variant, slides));
+        }
     }
     for has_ground in [false, true] {
         let module = parsed(&shaders::landscape_motion(has_ground));
@@ -166,6 +178,8 @@ fn every_binding_has_the_number_that_rust_gives_it() {
         ("events", MODEL, EVENTS),
         ("looks", MODEL, LOOKS),
         ("extras", MODEL, EXTRAS),
+        ("wood", MODEL, WOOD),
+        ("stems", MODEL, STEMS),
         ("impostor", MODEL, IMPOSTOR),
         ("colors", MODEL, COLORS),
         ("surfaces", MODEL, SURFACES),
@@ -188,8 +202,9 @@ fn every_binding_has_the_number_that_rust_gives_it() {
     let look = Look { effects, tints: true, ..Look::default() };
     let mut seen = std::collections::HashSet::new();
     for variant in Variant::all() {
-        let of_plants = [shaders::leaf_pass, shaders::wood_pass, shaders::impostor_pass];
-        for wgsl in of_plants.map(|wgsl| wgsl(&look, variant)).into_iter().chain([shaders::ground_pass(&look)]) {
+        let wood = [false, true].map(|slides| shaders::wood_pass(&look, variant, slides));
+        let others = [shaders::leaf_pass, shaders::impostor_pass].map(|wgsl| wgsl(&look, variant));
+        for wgsl in wood.into_iter().chain(others).chain([shaders::ground_pass(&look)]) {
             for (_, global) in parsed(&wgsl).global_variables.iter() {
                 let (Some(name), Some(binding)) = (&global.name, &global.binding) else { continue };
                 let known = expected.iter().find(|(known, ..)| known == name);

@@ -108,29 +108,35 @@ impl Eye {
     /// Where a plant is, and how large it is on screen; `None` if its transform cannot be drawn.
     pub(super) fn place(&self, model: &ModelFacts, instance: &Instance) -> Option<Place> {
         let anchor_from_local = self.now.placed(&instance.world_from_plant, model.center)?;
-        let scale = largest_scale(&instance.world_from_plant);
-        let w = self.scale.w(instance.world_from_plant.transform_point3(model.center));
-        let nearest = (w - f64::from(model.reach) * scale * self.scale.w_slope).max(self.scale.near_w);
-        Some(Place { anchor_from_local, pixels_per_unit: scale * self.scale.pixels_per_unit / nearest })
+        let pixels_per_unit = self.pixels_per_unit(model.center, model.reach, &instance.world_from_plant);
+        Some(Place { anchor_from_local, pixels_per_unit })
+    }
+
+    /// Number of pixels covered by a length of 1, in plant units, where a plant is nearest to the
+    /// camera, of which nothing is drawn farther than `reach` from `center`.
+    pub(crate) fn pixels_per_unit(&self, center: DVec3, reach: f32, world_from_plant: &DAffine3) -> f64 {
+        let scale = largest_scale(world_from_plant);
+        let w = self.scale.w(world_from_plant.transform_point3(center));
+        let nearest = (w - f64::from(reach) * scale * self.scale.w_slope).max(self.scale.near_w);
+        scale * self.scale.pixels_per_unit / nearest
     }
 }
 
 /// Position and size of a plant.
 pub(super) struct Place {
     anchor_from_local: [[f32; 4]; 3],
-    /// Number of pixels covered by a length of 1, in plant units, where the plant is nearest to the
-    /// camera.
+    /// See [`Eye::pixels_per_unit`].
     pub(super) pixels_per_unit: f64,
 }
 
 impl Place {
-    /// The record of the plant, which draws stems of at least `stem_width`.
+    /// The record of the plant, whose wood is drawn at `wood_error`.
     pub(super) fn record(
         &self,
         model: &ModelFacts,
         instance: &Instance,
         look: &Look,
-        stem_width: f32,
+        wood_error: f32,
     ) -> InstanceRecord {
         let leaves = model.leaves;
         let scales = instance.scales.filter(|scales| scales.leaves == leaves);
@@ -149,7 +155,7 @@ impl Place {
             first_scale: scales.map_or(NO_SCALES, |scales| scales.first),
             first_partial: transition.first_partial(),
             drawn: transition.drawn(),
-            stem_width,
+            wood_error,
         }
     }
 }

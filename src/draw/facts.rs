@@ -52,11 +52,10 @@ impl ModelFacts {
     /// Collects the facts of a valid model, whose records are `upload`. `mean` is the mean shaded
     /// colour of its leaves, linear, if contrast is enabled. O(vertices).
     pub fn new(model: &FoliageModel, upload: &Upload, mean: [f32; 3]) -> Self {
-        let sphere = model.sphere();
-        let reach = model.enlarged_sphere();
+        let (center, reach) = reach(model);
         let wood = model.wood.vertices.iter();
         let corners = || model.vertices.iter().chain(wood.clone()).map(|vertex| vertex.position);
-        let local = |position: [f32; 3]| (Vec3::from(position).as_dvec3() - sphere.center()).as_vec3().to_array();
+        let local = |position: [f32; 3]| (Vec3::from(position).as_dvec3() - center).as_vec3().to_array();
         let extents: Vec<f32> = model.leaves.iter().map(|leaf| extent(model, leaf)).collect();
         let mut most = extents.iter().copied().fold(0.0, f32::max);
         let mut leaf_reaches = vec![most; model.leaves.len() + 1];
@@ -66,12 +65,12 @@ impl ModelFacts {
         }
         let quads = upload.quads();
         Self {
-            center: sphere.center(),
+            center,
             leaves: model.leaves.len() as u32,
             trimmed_from: upload.trimmed(&quads).least_pixels_per_unit,
             quad_ends: quads.ends,
             stems: upload.stems().clone(),
-            reach: (reach.radius + reach.center().distance(sphere.center())) as f32,
+            reach,
             leaf_reaches,
             shape: Shape::new(&Aabb::of_points(corners().map(local))),
             mean,
@@ -81,6 +80,13 @@ impl ModelFacts {
             live: None,
         }
     }
+}
+
+/// Origin of a model's local space, and the greatest distance from there at which anything is
+/// drawn, without wind.
+pub(crate) fn reach(model: &FoliageModel) -> (DVec3, f32) {
+    let (center, reach) = (model.sphere().center(), model.enlarged_sphere());
+    (center, (reach.radius + reach.center().distance(center)) as f32)
 }
 
 /// Centre and radius of what an impostor shows.

@@ -34,7 +34,7 @@ pub struct Batch {
     pub fading: Range<u32>,
 }
 
-/// Plants of one model that draw the same number of its stems.
+/// Plants of one model that draw as much of its wood.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WoodDraw {
     /// The model.
@@ -45,6 +45,8 @@ pub struct WoodDraw {
     pub instances: Range<u32>,
     /// Number of wood indices to draw.
     pub corners: u32,
+    /// Whether vertices of the wood slide.
+    pub slides: bool,
 }
 
 /// Plants of one model whose impostors are drawn alike.
@@ -265,9 +267,10 @@ impl FrameList {
             let is_reduced = instance.active < model.leaves as f32;
             let tone = look.tone && model.has_tone && (is_reduced || instance.leaf_scale > 1.0);
             let contrast = look.effects.contrast.is_some() && is_reduced && !(look.tone && model.has_tone);
-            let (cut, stem_width) = model.stems.numbered((f64::from(look.thinnest_px) / place.pixels_per_unit) as f32);
+            let error = f64::from(look.wood_error_px) / place.pixels_per_unit;
+            let (cut, wood_error) = model.stems.numbered(error as f32);
             let tiles = model.has_tiles && (is_reduced || instance.leaf_scale > 1.0);
-            let mut placed = place.record(model, instance, look, stem_width);
+            let mut placed = place.record(model, instance, look, wood_error);
             if share > 0.0 {
                 placed.drawn = handover::packed(placed.drawn, share);
             }
@@ -337,7 +340,8 @@ impl FrameList {
             let corners = if is_impostor { 0 } else { model.stems.corners(parts_of(key).cut) };
             if corners > 0 {
                 prepared.wood_triangles += u64::from(corners / 3);
-                self.add_wood(number, variant, corners, at);
+                let slides = model.stems.slides();
+                self.add_wood(WoodDraw { model: number, variant, instances: at..at + 1, corners, slides });
             }
         }
         let whole = first_run..self.runs.len() as u32;
@@ -355,14 +359,13 @@ impl FrameList {
         }
     }
 
-    /// Adds the wood of instance `at` to the previous draw if model, shaders and number of stems
-    /// are the same; otherwise adds a new draw.
-    fn add_wood(&mut self, model: ModelId, variant: Variant, corners: u32, at: u32) {
+    /// Adds the wood of the next instance to the previous draw if model, shaders and number of
+    /// corners are the same; otherwise adds a new draw.
+    fn add_wood(&mut self, draw: WoodDraw) {
+        let what = |draw: &WoodDraw| (draw.model, draw.variant, draw.corners);
         match self.wood.last_mut() {
-            Some(last) if (last.model, last.variant, last.corners) == (model, variant, corners) => {
-                last.instances.end = at + 1;
-            }
-            _ => self.wood.push(WoodDraw { model, variant, instances: at..at + 1, corners }),
+            Some(last) if what(last) == what(&draw) => last.instances.end = draw.instances.end,
+            _ => self.wood.push(draw),
         }
     }
 }

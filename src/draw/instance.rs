@@ -107,8 +107,8 @@ pub struct Prepared {
     pub skipped: u32,
     /// Number of leaves of all plants, including leaves in transition.
     pub leaves: u64,
-    /// Triangles of all plants' wood, without the stems left out (see
-    /// [`Look::thinnest_px`](super::Look::thinnest_px)).
+    /// Triangles of all plants' wood, without those left out (see
+    /// [`Look::wood_error_px`](super::Look::wood_error_px)).
     pub wood_triangles: u64,
     /// Number of draw calls.
     pub draws: u32,

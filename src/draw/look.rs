@@ -31,9 +31,11 @@ pub struct Look {
     pub tone: bool,
     /// The ground under the plants; `None` draws none.
     pub ground: Option<Ground>,
-    /// Width in pixels below which only some stems are drawn, widened to cover as much as all of
-    /// them would; 0 draws all wood as it is. Only the GPU leaves stems out.
-    pub thinnest_px: f32,
+    /// Error in pixels that the wood of a model with an
+    /// [order](crate::FoliageModel::wood_order) is drawn at: how far its surface may be from where
+    /// it is in full. Of other models, the width below which only some stems are drawn, widened to
+    /// cover as much as all of them would; on the GPU alone. 0 draws all wood as it is.
+    pub wood_error_px: f32,
     /// Whether plants are drawn in their own [tints](super::Instance::tint); without it, these are
     /// ignored and cost nothing.
     pub tints: bool,
@@ -43,7 +45,7 @@ pub struct Look {
 }
 
 impl Default for Look {
-    /// No effects but the model's tone; stems thinner than half a pixel are drawn in part.
+    /// No effects but the model's tone; wood within half a pixel.
     fn default() -> Self {
         Self {
             coloring: Coloring::default(),
@@ -51,7 +53,7 @@ impl Default for Look {
             tone: true,
             lighting: Lighting::default(),
             ground: None,
-            thinnest_px: 0.5,
+            wood_error_px: 0.5,
             tints: false,
             far: None,
         }
@@ -59,14 +61,15 @@ impl Default for Look {
 }
 
 impl Look {
-    /// Checks `thinnest_px` and the parameters of the hand-over, of the effects and of the ground.
+    /// Checks `wood_error_px` and the parameters of the hand-over, of the effects and of the
+    /// ground.
     ///
     /// # Errors
     /// [`Error::InvalidOption`](crate::Error::InvalidOption) for the first value out of its range.
     pub fn check(&self) -> Result<()> {
         let haze = self.ground.map_or(1.0, |ground| ground.haze);
         check_range("ground.haze", haze, f64::MIN_POSITIVE..=f64::MAX)?;
-        check_range("thinnest_px", self.thinnest_px, 0.0..=f32::MAX)?;
+        check_range("wood_error_px", self.wood_error_px, 0.0..=f32::MAX)?;
         self.far.map_or(Ok(()), |far| far.check())?;
         self.effects.check()
     }

@@ -36,6 +36,7 @@ pub(crate) mod stems;
 pub(crate) mod sun;
 mod trimmed;
 pub(crate) mod upload;
+pub(crate) mod wood;
 
 pub mod records;
 pub mod shaders;

@@ -22,7 +22,7 @@ use super::{
     quads::Quads,
     records::{
         CrownRecord, Event, LEAF_BITS, LeafVertex, LookRecord, MaterialRecord, NO_EXTRA, PackedCorner, PackedLeaf,
-        PackedWood, PackingRecord, WoodVertex,
+        PackedWood, PackingRecord, SlidingWood, StemRecord, WoodSlide, WoodVertex,
     },
     upload::Upload,
 };
@@ -38,7 +38,7 @@ use looks::{Looks, look, unit_of_length, wood_look};
 /// A renderer sums them over its models in
 /// [`Diagnostics::model_bytes`](crate::gpu::Diagnostics::model_bytes).
 pub fn gpu_bytes(model: &FoliageModel) -> [u64; 2] {
-    Packed::new(Upload::new(model)).bytes(model.materials.len())
+    Packed::new(Upload::sliding(model)).bytes(model.materials.len())
 }
 
 /// Looks that a leaf's record can hold.
@@ -60,7 +60,11 @@ pub(crate) struct Packed {
     pub(crate) extras: Vec<u32>,
     /// Entry n: number of quads of the first n leaves.
     pub(crate) quad_ends: Vec<u32>,
+    /// Vertices of the wood, unless they slide.
     pub(crate) wood_vertices: Vec<PackedWood>,
+    /// Vertices of wood that slides, and its stems.
+    pub(crate) sliding: Vec<SlidingWood>,
+    pub(crate) stems: Vec<StemRecord>,
     pub(crate) wood_indices: Vec<u32>,
 }
 
@@ -71,10 +75,15 @@ impl Packed {
         let mut looks = Looks::default();
         let mut packed = Self { crown: upload.crown, ..Self::default() };
         packed.pack_leaves(&upload, &quads, &mut looks);
-        packed.pack_wood(&upload, &mut looks);
+        if upload.wood_slides.is_empty() {
+            packed.pack_wood(&upload, &mut looks);
+        } else {
+            packed.pack_sliding(&upload, &mut looks);
+        }
         packed.looks = looks.rows;
         packed.events = upload.events;
         packed.wood_indices = upload.wood_indices;
+        packed.stems = upload.wood_stems;
         packed.quad_ends = quads.ends;
         packed
     }
@@ -89,7 +98,8 @@ impl Packed {
         let tables = held(&self.corners) + held(&self.leaves) + held(&self.events);
         let shared = held(&self.looks) + held(&self.extras) + (materials.max(1) * size_of::<MaterialRecord>()) as u64;
         let uniforms = size_of::<CrownRecord>() + size_of::<PackingRecord>();
-        let wood = size_of_val(&self.wood_vertices[..]) + size_of_val(&self.wood_indices[..]);
+        let vertices = size_of_val(&self.wood_vertices[..]) + size_of_val(&self.sliding[..]);
+        let wood = vertices + size_of_val(&self.stems[..]) + size_of_val(&self.wood_indices[..]);
         [tables + shared + uniforms as u64, wood as u64]
     }
 
@@ -178,6 +188,29 @@ impl Packed {
             uv: uv_bits(vertex.uv, &wood_look(origin, vertex)),
             look_width,
         }));
+    }
+}
+
+impl Packed {
+    /// Packs wood that slides.
+    fn pack_sliding(&mut self, upload: &Upload, looks: &mut Looks) {
+        let vertices = &upload.wood_vertices;
+        let grid = Grid::of_wood(Aabb::of_points(vertices.iter().map(|vertex| vertex.position)));
+        self.packing.wood_step = grid.step as f32;
+        let packed = |(vertex, slide): (&WoodVertex, &WoodSlide)| {
+            let (origin, at) = grid.place(vertex.position);
+            let look = wood_look(origin, vertex);
+            SlidingWood {
+                position_xy: at[0] | at[1] << 16,
+                position_z_normal: at[2] | normal_bits(vertex.normal) << 16,
+                uv: uv_bits(vertex.uv, &look),
+                look: looks.number(look),
+                parent: slide.parent,
+                // Shaders may take no number for infinite.
+                stem_threshold: slide.stem | slide.threshold.min(f32::MAX).to_bits() & 0xffff_0000,
+            }
+        };
+        self.sliding = vertices.iter().zip(&upload.wood_slides).map(packed).collect();
     }
 }
 

@@ -48,8 +48,9 @@ pub struct InstanceRecord {
     /// Number of leaves to draw. Within the hand-over to the impostor [`LEAF_BITS`] of it, and
     /// above them the impostor's share of the samples, in 1023rds.
     pub drawn: u32,
-    /// Least width of a drawn stem, in local space; see [`Levels`](super::Levels).
-    pub stem_width: f32,
+    /// Error that the wood is drawn at if its vertices slide; otherwise the least width of a drawn
+    /// stem (see [`Levels`](super::Levels)). In local space.
+    pub wood_error: f32,
 }
 
 /// Value of [`InstanceRecord::first_scale`] for a plant without drawn scales of its own; they come
@@ -248,6 +249,46 @@ pub struct PackedWood {
     pub look_width: u32,
 }
 
+/// One vertex of wood that slides, as `wood_slides.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SlidingWood {
+    /// Position along x and y, in steps from [`LookRecord::origin`], 16 bits each.
+    pub position_xy: u32,
+    /// Position along z, and the normal on an octahedron, two signed 8-bit fractions.
+    pub position_z_normal: u32,
+    /// Texture coordinates, unsigned 16-bit fractions of [`LookRecord::uv_size`].
+    pub uv: u32,
+    /// Number of the look.
+    pub look: u32,
+    /// Vertex that it slides to.
+    pub parent: u32,
+    /// Number of the stem, and the upper half of the error from which on the vertex is where its
+    /// parent is; the largest finite one stands for never.
+    pub stem_threshold: u32,
+}
+
+/// One stem of wood that slides, as `wood_slides.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct StemRecord {
+    /// Mean width in local space; above 0.
+    pub width: f32,
+    /// How far it is widened; see [`Swell`](crate::wood::Swell).
+    pub swells: [u8; 16],
+}
+
+/// How a vertex of the wood slides, in an [`Upload`](super::Upload).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WoodSlide {
+    /// Vertex that it slides to.
+    pub parent: u32,
+    /// Error, in local space, from which on it is where its parent is; infinite for never.
+    pub threshold: f32,
+    /// Index of its stem.
+    pub stem: u32,
+}
+
 /// One event of the timeline as `leaf_pass.wgsl` reads it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -411,6 +452,11 @@ pub mod bindings {
     pub const LOOKS: u32 = 8;
     /// Storage: what only some models need.
     pub const EXTRAS: u32 = 9;
+    /// Storage: vertices of wood that slides. Such wood has a group of its own in place of the
+    /// model's, with the latter's materials, textures, packing and looks.
+    pub const WOOD: u32 = 14;
+    /// Storage: stems of wood that slides.
+    pub const STEMS: u32 = 15;
 
     /// Uniform: the impostor. An impostor has a group of its own in place of the model's.
     pub const IMPOSTOR: u32 = 10;

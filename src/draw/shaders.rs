@@ -24,6 +24,7 @@ use crate::{
     },
     hash::HASH_MULTIPLIER,
     material::Wrap,
+    wood::{LEAST_SWELL, MAX_SLIDES, NO_SWELL, SLIDE, SWELL_STEPS, SWELLS},
 };
 
 /// Mip levels by which textures are sampled finer than a texel per pixel. Cards of one cluster are
@@ -56,19 +57,23 @@ pub fn leaf_motion(look: &Look, variant: Variant) -> String {
         + include_str!("../../shaders/leaf_motion.wgsl")
 }
 
-/// WGSL of the wood pass.
-pub fn wood_pass(look: &Look, variant: Variant) -> String {
-    plant(include_str!("../../shaders/wood_pass.wgsl"), look, variant)
+/// WGSL of the wood pass, of wood whose vertices slide or of other wood.
+pub fn wood_pass(look: &Look, variant: Variant, slides: bool) -> String {
+    let vertices = match slides {
+        true => include_str!("../../shaders/wood_slides.wgsl"),
+        false => include_str!("../../shaders/wood_stems.wgsl"),
+    };
+    plant(&[vertices, include_str!("../../shaders/wood_pass.wgsl")].concat(), look, variant)
 }
 
 /// WGSL of the wood pass into the shadow map.
-pub fn wood_shadow(look: &Look, variant: Variant) -> String {
-    wood_pass(look, variant) + include_str!("../../shaders/shadow_pass.wgsl")
+pub fn wood_shadow(look: &Look, variant: Variant, slides: bool) -> String {
+    wood_pass(look, variant, slides) + include_str!("../../shaders/shadow_pass.wgsl")
 }
 
 /// WGSL of the wood pass for motion vectors.
-pub fn wood_motion(look: &Look, variant: Variant) -> String {
-    wood_pass(look, variant)
+pub fn wood_motion(look: &Look, variant: Variant, slides: bool) -> String {
+    wood_pass(look, variant, slides)
         + include_str!("../../shaders/motion_pass.wgsl")
         + include_str!("../../shaders/wood_motion.wgsl")
 }
@@ -179,6 +184,12 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("NO_NORMAL", NO_NORMAL)
         .constant_f32("LEAST_WIDTH", LEAST_WIDTH)
         .constant_f32("WIDTH_STEPS", WIDTH_STEPS)
+        .constant_u32("MAX_SLIDES", MAX_SLIDES)
+        .constant_f32("SLIDE", SLIDE)
+        .constant_u32("SWELLS", SWELLS as u32)
+        .constant_f32("LEAST_SWELL", LEAST_SWELL)
+        .constant_f32("NO_SWELL", f32::from(NO_SWELL))
+        .constant_f32("SWELL_STEPS", SWELL_STEPS)
         .constant_bool("FADES_BY_ALPHA", look.fades_by_alpha())
         .constant_bool("FADES_SMOOTHLY", look.effects.fade.is_some_and(|fade| fade.smooth))
         .constant_vec3("BRANCH_WAVE_ALONG", wind::BRANCH_WAVES[0])

@@ -9,6 +9,7 @@
 //!
 //! Limits: plants whose wood is a single piece keep all of it. Stems widen along their normals.
 
+use super::wood::{error_of, stepped};
 use crate::{bounds::Aabb, model::FoliageModel, plant::Wood};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -38,6 +39,8 @@ pub struct Levels {
     /// A level, and the number of corners of all stems above it; in descending order.
     cuts: Vec<(i32, u32)>,
     all: u32,
+    /// Errors from which on triangles are not drawn, falling, of wood whose vertices slide.
+    ends: Option<Vec<f32>>,
 }
 
 /// Stems that are drawn for a least width.
@@ -77,7 +80,7 @@ impl Stems {
             };
             corners.iter().for_each(|&corner| widths[corner as usize] = width);
         }
-        Self { corners, widths, levels: Levels { cuts, all: 3 * triangles.len() as u32 } }
+        Self { corners, widths, levels: Levels { cuts, all: 3 * triangles.len() as u32, ends: None } }
     }
 }
 
@@ -101,6 +104,17 @@ fn level(width: f32) -> i32 {
 }
 
 impl Levels {
+    /// Levels of wood whose vertices slide, given the errors at which its triangles vanish,
+    /// falling.
+    pub(super) fn sliding(ends: Vec<f32>) -> Self {
+        Self { cuts: Vec::new(), all: 3 * ends.len() as u32, ends: Some(ends) }
+    }
+
+    /// Whether vertices slide: widths are then errors, rounded down.
+    pub(super) fn slides(&self) -> bool {
+        self.ends.is_some()
+    }
+
     /// The stems to draw so that those at least `width` wide, in plant units, are all drawn, and
     /// the thinner ones cover as much as all of them would.
     pub fn drawn(&self, width: f32) -> DrawnStems {
@@ -108,9 +122,11 @@ impl Levels {
         DrawnStems { corners: self.corners(number), width }
     }
 
-    /// Number of the cut that a width leads to, the more corners the higher, and the width of the
-    /// drawn stems that are thinner.
+    /// Number of the cut that a width leads to, and the width of the drawn stems that are thinner.
     pub(super) fn numbered(&self, width: f32) -> (u32, f32) {
+        if self.slides() {
+            return stepped(width);
+        }
         let least = level(width);
         let number = self.cuts.partition_point(|cut| cut.0 >= least) as u32;
         // A stem is drawn if its width over its random number exceeds the level below.
@@ -119,6 +135,10 @@ impl Levels {
 
     /// Number of corners of the stems above a cut.
     pub(super) fn corners(&self, number: u32) -> u32 {
+        if let Some(ends) = &self.ends {
+            let error = error_of(number);
+            return 3 * ends.partition_point(|&end| end > error) as u32;
+        }
         self.cuts.get(number as usize).map_or(self.all, |cut| cut.1)
     }
 }

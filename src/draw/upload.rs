@@ -5,10 +5,11 @@
 
 use super::{
     quads::Quads,
-    records::{CrownRecord, Event, LeafRecord, LeafVertex, WoodVertex},
+    records::{CrownRecord, Event, LeafRecord, LeafVertex, StemRecord, WoodSlide, WoodVertex},
     seed::seeds,
     stems::{DrawnStems, Levels, Stems},
     trimmed::Trimmed,
+    wood::order_of,
 };
 use crate::{
     bounds::Aabb,
@@ -16,9 +17,13 @@ use crate::{
     leaf::Vertex,
     model::{FoliageModel, Leaf, Timeline},
     plant::{Outline, rect},
+    wood::{WoodLevels, WoodOrder},
 };
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
+
+/// Least width of a stem that slides.
+const LEAST_WIDTH: f32 = 1e-30;
 
 /// The records of one model. Draw the first [`index_end`](Self::index_end) of `leaf_indices`, or of
 /// each material's own indices ([`by_material`](Self::by_material)), and the first
@@ -40,7 +45,12 @@ pub struct Upload {
     pub crown: CrownRecord,
     /// Vertices of the wood: one for each pair of a vertex and a material.
     pub wood_vertices: Vec<WoodVertex>,
-    /// Three indices per wood triangle, in the order in which stems may be left out.
+    /// Parallel to `wood_vertices`, how they slide; empty unless the wood does.
+    pub wood_slides: Vec<WoodSlide>,
+    /// Stems of `wood_slides`.
+    pub wood_stems: Vec<StemRecord>,
+    /// Three indices per wood triangle, in the order in which stems or, if the wood slides,
+    /// triangles may be left out.
     pub wood_indices: Vec<u32>,
     /// Entry n: one past the last index of the first n leaves.
     ends: Vec<u32>,
@@ -69,15 +79,38 @@ impl MaterialLeaves {
 }
 
 impl Upload {
-    /// Builds the records of a valid model. O(vertices + indices).
+    /// Builds the records of a valid model. Its wood is drawn by stems, whether it has an
+    /// [order](FoliageModel::wood_order) or not. O(vertices + indices).
     pub fn new(model: &FoliageModel) -> Self {
-        Self::with_stems(model, &Stems::new(model))
+        let Stems { corners, widths, levels } = Stems::new(model);
+        Self::with_wood(model, &corners, &widths, levels, |_| Default::default())
     }
 
-    fn with_stems(model: &FoliageModel, stems: &Stems) -> Self {
+    /// Builds the records of a valid model whose wood slides, if it has an
+    /// [order](FoliageModel::wood_order) of at most 65,536 stems: draw the triangles up to
+    /// [`wood_end`](Self::wood_end) of an error, with each vertex on its way to its parent. Other
+    /// models are as from [`new`](Self::new). O(n log n).
+    pub fn sliding(model: &FoliageModel) -> Self {
+        let Some(order) = order_of(model) else { return Self::new(model) };
+        let levels = WoodLevels::new(&model.wood, order);
+        let widths: Vec<f32> = levels.vertex_stems.iter().map(|&stem| levels.widths[stem as usize]).collect();
+        let ends = Levels::sliding(levels.ends().to_vec());
+        Self::with_wood(model, &levels.corners, &widths, ends, |copies| copies.sliding(order, &levels))
+    }
+
+    fn with_wood(
+        model: &FoliageModel,
+        corners: &[(u32, u32)],
+        widths: &[f32],
+        stems: Levels,
+        slides: impl FnOnce(&mut WoodCopies<'_>) -> (Vec<WoodSlide>, Vec<StemRecord>),
+    ) -> Self {
         let center = model.sphere().center();
         let (leaves, events) = leaf_records(model, center);
-        let (wood_vertices, wood_indices) = wood(model, center, stems);
+        let mut copies =
+            WoodCopies { model, center, widths, of: Vec::new(), vertices: Vec::new(), numbers: HashMap::new() };
+        let wood_indices = corners.iter().map(|&(index, material)| copies.number(index, material)).collect();
+        let (wood_slides, wood_stems) = slides(&mut copies);
         Self {
             center: center.to_array(),
             leaf_vertices: leaf_vertices(model, center),
@@ -85,10 +118,12 @@ impl Upload {
             leaves,
             events,
             crown: crown_record(model, center),
-            wood_vertices,
+            wood_vertices: copies.vertices,
+            wood_slides,
+            wood_stems,
             wood_indices,
             ends: std::iter::once(0).chain(model.leaves.iter().map(|leaf| leaf.indices[1])).collect(),
-            stems: stems.levels.clone(),
+            stems,
             outlines: model.outlines.clone(),
         }
     }
@@ -99,7 +134,8 @@ impl Upload {
     }
 
     /// Wood indices to draw so that all stems at least `width` wide, in plant units, are drawn, and
-    /// the width to which drawn stems that are thinner must be widened.
+    /// the width to which drawn stems that are thinner must be widened. If the wood slides, `width`
+    /// is its error, and the width that is returned the one to draw it at.
     pub fn wood_end(&self, width: f32) -> DrawnStems {
         self.stems.drawn(width)
     }
@@ -203,17 +239,42 @@ fn crown_record(model: &FoliageModel, center: DVec3) -> CrownRecord {
 
 /// Wood with a material at each vertex: a vertex shared by parts of several materials is repeated
 /// for each of them.
-fn wood(model: &FoliageModel, center: DVec3, stems: &Stems) -> (Vec<WoodVertex>, Vec<u32>) {
-    let mut copies = HashMap::new();
-    let (mut vertices, mut indices) = (Vec::new(), Vec::new());
-    for &(index, material) in &stems.corners {
-        let copy = *copies.entry((index, material)).or_insert_with(|| {
-            let Vertex { position, normal, uv, color } = model.wood.vertices[index as usize];
-            let (position, color, width) = (local(position, center), rgb(color), stems.widths[index as usize]);
-            vertices.push(WoodVertex { position, normal, uv, color, material, width });
-            vertices.len() as u32 - 1
-        });
-        indices.push(copy);
+struct WoodCopies<'a> {
+    model: &'a FoliageModel,
+    center: DVec3,
+    /// Width of the stem of each vertex of the model's wood.
+    widths: &'a [f32],
+    /// Vertex of the model's wood and material of each of `vertices`.
+    of: Vec<(u32, u32)>,
+    vertices: Vec<WoodVertex>,
+    numbers: HashMap<(u32, u32), u32>,
+}
+
+impl WoodCopies<'_> {
+    /// Number of the vertex that stands for one of the model's wood with a material.
+    fn number(&mut self, index: u32, material: u32) -> u32 {
+        *self.numbers.entry((index, material)).or_insert_with(|| {
+            let Vertex { position, normal, uv, color } = self.model.wood.vertices[index as usize];
+            let (position, color) = (local(position, self.center), rgb(color));
+            let width = self.widths[index as usize];
+            self.vertices.push(WoodVertex { position, normal, uv, color, material, width });
+            self.of.push((index, material));
+            self.vertices.len() as u32 - 1
+        })
     }
-    (vertices, indices)
+
+    /// Tells how all vertices slide, with those that they slide to added, and their stems.
+    fn sliding(&mut self, order: &WoodOrder, levels: &WoodLevels) -> (Vec<WoodSlide>, Vec<StemRecord>) {
+        let mut slides = Vec::new();
+        // Vertices are added while this goes on.
+        while let Some(&(vertex, material)) = self.of.get(slides.len()) {
+            slides.push(WoodSlide {
+                parent: self.number(order.parents[vertex as usize], material),
+                threshold: order.thresholds[vertex as usize],
+                stem: levels.vertex_stems[vertex as usize],
+            });
+        }
+        let stem = |(&swells, &width): (_, &f32)| StemRecord { width: width.max(LEAST_WIDTH), swells };
+        (slides, order.swells.iter().zip(&levels.widths).map(stem).collect())
+    }
 }

@@ -12,17 +12,13 @@ pub(super) fn layouts(device: &wgpu::Device, look: &Look) -> Vec<wgpu::BindGroup
     let effects = &look.effects;
     let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
     let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
-    let texture = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: true },
-        view_dimension: wgpu::TextureViewDimension::D2Array,
-        multisampled: false,
-    };
     let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
+    let [textures, sampler] = TEXTURE_BINDINGS;
     let model = [
         (CROWN, vertex | fragment, uniform),
         (MATERIALS, fragment, storage),
-        (TEXTURES, vertex | fragment, texture),
-        (SAMPLER, fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+        (TEXTURES, vertex | fragment, textures),
+        (SAMPLER, fragment, sampler),
         (LEAF_CORNERS, vertex, storage),
         (PACKING, vertex, uniform),
         (LEAVES, vertex, storage),
@@ -52,6 +48,16 @@ pub(super) fn layouts(device: &wgpu::Device, look: &Look) -> Vec<wgpu::BindGroup
     layouts
 }
 
+/// Array of textures or pages, and its sampler.
+const TEXTURE_BINDINGS: [wgpu::BindingType; 2] = [
+    wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    },
+    wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+];
+
 const MAP_BINDINGS: [(u32, wgpu::ShaderStages, wgpu::BindingType); 2] = [
     (
         SHADOW_MAP,
@@ -69,12 +75,7 @@ const MAP_BINDINGS: [(u32, wgpu::ShaderStages, wgpu::BindingType); 2] = [
 pub(super) fn impostor_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
     let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
-    let page = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: true },
-        view_dimension: wgpu::TextureViewDimension::D2Array,
-        multisampled: false,
-    };
-    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    let [page, sampler] = TEXTURE_BINDINGS;
     let bindings = [
         (CROWN, vertex | fragment, uniform),
         (IMPOSTOR, vertex | fragment, uniform),
@@ -83,6 +84,26 @@ pub(super) fn impostor_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         (CLAMPING, fragment, sampler),
     ];
     layout(device, "foliage impostor", &bindings)
+}
+
+/// Creates the layout of a model's wood that slides, which takes the place of the model's: vertices
+/// read it at random, and with the leaves' buffers there would be too many.
+pub(super) fn sliding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
+    let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
+    let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
+    let [textures, sampler] = TEXTURE_BINDINGS;
+    let bindings = [
+        (CROWN, vertex | fragment, uniform),
+        (MATERIALS, fragment, storage),
+        (TEXTURES, vertex | fragment, textures),
+        (SAMPLER, fragment, sampler),
+        (PACKING, vertex, uniform),
+        (LOOKS, vertex, storage),
+        (WOOD, vertex, storage),
+        (STEMS, vertex, storage),
+    ];
+    layout(device, "foliage wood", &bindings)
 }
 
 /// Creates a layout with only the bindings of the shadow map.

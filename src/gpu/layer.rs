@@ -2,10 +2,10 @@
 //! the motion vectors.
 
 use super::{
-    bindings::impostor_layout,
+    bindings::{impostor_layout, sliding_layout},
     buffers::{buffer, filled, grow},
     effect_buffers::EffectBuffers,
-    model_buffers::ModelBuffers,
+    model_buffers::{ModelBuffers, WoodVertices},
     pipeline::Target,
     plant_pass::{self, Part},
     shadow_map::ShadowMap,
@@ -15,7 +15,7 @@ use crate::{
     draw::{
         eye::Eye,
         facts::Facts,
-        frame_list::{FrameList, ImpostorDraw},
+        frame_list::{FrameList, ImpostorDraw, WoodDraw},
         instance::{Instance, ModelId, Prepared},
         live::Needed,
         look::{Look, Variant},
@@ -39,6 +39,8 @@ pub(super) struct Layer {
     layouts: Vec<wgpu::BindGroupLayout>,
     /// The same with the impostor's layout in place of the model's, if the look hands plants over.
     impostor_layouts: Vec<wgpu::BindGroupLayout>,
+    /// The same with the layout of wood that slides.
+    sliding_layouts: Vec<wgpu::BindGroupLayout>,
     pipelines: HashMap<Key, wgpu::RenderPipeline>,
     instances: wgpu::Buffer,
     shared: wgpu::Buffer,
@@ -70,6 +72,7 @@ impl Layer {
                 Some(_) => std::iter::once(impostor_layout(device)).chain(layouts[1..].iter().cloned()).collect(),
                 None => Vec::new(),
             },
+            sliding_layouts: std::iter::once(sliding_layout(device)).chain(layouts[1..].iter().cloned()).collect(),
             look,
             target,
             layouts,
@@ -86,7 +89,7 @@ impl Layer {
 
     /// Drops the pipelines that depend on the colouring.
     pub(super) fn forget_colored(&mut self) {
-        self.pipelines.retain(|(part, ..), _| *part == Part::Wood);
+        self.pipelines.retain(|(part, ..), _| matches!(part, Part::Wood { .. }));
     }
 
     /// Drops the bind group, because the scale buffer was replaced.
@@ -108,6 +111,14 @@ impl Layer {
     pub(super) fn compiled(&self, part: Part) -> Vec<Variant> {
         let of_part = self.pipelines.keys().filter(|(of, ..)| *of == part);
         let mut variants: Vec<_> = of_part.map(|&(.., variant)| variant).collect();
+        variants.sort_unstable();
+        variants.dedup();
+        variants
+    }
+
+    /// Variants of wood that have pipelines, sorted.
+    pub(super) fn compiled_wood(&self) -> Vec<Variant> {
+        let mut variants = [false, true].map(|slides| self.compiled(Part::Wood { slides })).concat();
         variants.sort_unstable();
         variants.dedup();
         variants
@@ -165,11 +176,16 @@ impl Layer {
         }
         for draw in &self.list.wood {
             let Some(model) = models.get(draw.model) else { continue };
-            let pipeline = self.pipelines.get(&(Part::Wood, self.depth, of_wood(draw.variant)));
+            let pipeline = self.pipelines.get(&(part_of_wood(draw), self.depth, of_wood(draw.variant)));
             let Some((wood, pipeline)) = model.wood.as_ref().zip(pipeline) else { continue };
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(bindings::MODEL, &model.bindings, &[]);
-            pass.set_vertex_buffer(0, wood.vertices.slice(..));
+            match &wood.vertices {
+                WoodVertices::Still(vertices) => {
+                    pass.set_bind_group(bindings::MODEL, &model.bindings, &[]);
+                    pass.set_vertex_buffer(0, vertices.slice(..));
+                }
+                WoodVertices::Sliding(own) => pass.set_bind_group(bindings::MODEL, own, &[]),
+            }
             pass.set_index_buffer(wood.indices.slice(..), wgpu::IndexFormat::Uint32);
             pass.draw_indexed(0..draw.corners, 0, draw.instances.clone());
         }
@@ -202,16 +218,20 @@ impl Layer {
 
     /// Compiles the pipelines that the frame needs and that do not exist yet.
     fn compile(&mut self, device: &wgpu::Device) {
-        let Self { layouts, impostor_layouts, target, look, list, pipelines, depth, .. } = self;
+        let Self { layouts, impostor_layouts, sliding_layouts, target, look, list, pipelines, depth, .. } = self;
         let leaves = list.batches.iter().flat_map(|batch| {
             let fading = Variant { alpha: true, ..batch.variant };
             [(batch.variant, &batch.whole), (fading, &batch.fading)]
         });
         let leaves = leaves.filter(|(_, runs)| !runs.is_empty()).map(|(variant, _)| (Part::Leaves, *depth, variant));
-        let wood = list.wood.iter().map(|draw| (Part::Wood, *depth, of_wood(draw.variant)));
+        let wood = list.wood.iter().map(|draw| (part_of_wood(draw), *depth, of_wood(draw.variant)));
         let impostors = list.impostors.iter().map(|draw| (of_impostor(draw), *depth, draw.variant));
         for key @ (part, depth, variant) in leaves.chain(wood).chain(impostors) {
-            let layouts = if matches!(part, Part::Impostor { .. }) { &*impostor_layouts } else { &*layouts };
+            let layouts: &[_] = match part {
+                Part::Impostor { .. } => impostor_layouts,
+                Part::Wood { slides: true } => sliding_layouts,
+                Part::Wood { slides: false } | Part::Leaves => layouts,
+            };
             let pipeline = || plant_pass::pipeline(device, layouts, *target, part, look, variant, depth);
             pipelines.entry(key).or_insert_with(pipeline);
         }
@@ -240,6 +260,10 @@ fn of_wood(variant: Variant) -> Variant {
 
 /// Indices of a sprite: those of the first quad of a run.
 const SPRITE_INDICES: u32 = 6;
+
+fn part_of_wood(draw: &WoodDraw) -> Part {
+    Part::Wood { slides: draw.slides }
+}
 
 fn of_impostor(draw: &ImpostorDraw) -> Part {
     Part::Impostor { is_deep: draw.is_deep }

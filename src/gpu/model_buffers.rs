@@ -25,9 +25,17 @@ pub(super) struct ModelBuffers {
 
 /// Vertex and index buffer of a model's wood.
 pub(super) struct WoodBuffers {
-    pub(super) vertices: wgpu::Buffer,
-    /// Indices of triangles, in the order in which stems may be left out.
+    pub(super) vertices: WoodVertices,
+    /// Indices of triangles, in the order in which they or their stems may be left out.
     pub(super) indices: wgpu::Buffer,
+}
+
+/// Vertices of a model's wood.
+pub(super) enum WoodVertices {
+    /// A vertex buffer.
+    Still(wgpu::Buffer),
+    /// A bind group that takes the place of the model's.
+    Sliding(wgpu::BindGroup),
 }
 
 impl ModelBuffers {
@@ -39,7 +47,7 @@ impl ModelBuffers {
     pub(super) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        layout: &wgpu::BindGroupLayout,
+        [layout, sliding_layout]: &[wgpu::BindGroupLayout; 2],
         sampler: &wgpu::Sampler,
         model: &FoliageModel,
         packed: &Packed,
@@ -60,21 +68,24 @@ impl ModelBuffers {
             (EXTRAS, fill.storage("extras of leaves", &packed.extras)?),
         ];
         let textures = layers.upload(device, queue);
-        let mut entries: Vec<_> = buffers
-            .iter()
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let resources = [
-            (TEXTURES, wgpu::BindingResource::TextureView(&textures)),
-            (SAMPLER, wgpu::BindingResource::Sampler(sampler)),
-        ];
-        entries.extend(resources.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }));
-        let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("foliage model"),
-            layout,
-            entries: &entries,
-        });
-        Ok(Self { bindings, wood: wood(&fill, packed)?, impostor: None, bytes: packed.bytes(materials.len()) })
+        let group = |label, layout, buffers: &[&(u32, wgpu::Buffer)]| {
+            let of_buffers = buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding()));
+            let resources = [
+                (TEXTURES, wgpu::BindingResource::TextureView(&textures)),
+                (SAMPLER, wgpu::BindingResource::Sampler(sampler)),
+            ];
+            let entries = of_buffers.chain(resources);
+            let entries: Vec<_> =
+                entries.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+            device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+        };
+        let bindings = group("foliage model", layout, &buffers.iter().collect::<Vec<_>>());
+        let slides = |wood: &[(u32, wgpu::Buffer); 2]| {
+            let shared = buffers.iter().filter(|(binding, _)| [CROWN, MATERIALS, PACKING, LOOKS].contains(binding));
+            group("foliage wood", sliding_layout, &shared.chain(wood).collect::<Vec<_>>())
+        };
+        let wood = wood(&fill, packed, slides)?;
+        Ok(Self { bindings, wood, impostor: None, bytes: packed.bytes(materials.len()) })
     }
 
     /// Size in bytes of the impostor's pages.
@@ -88,12 +99,23 @@ impl ModelBuffers {
     }
 }
 
-fn wood(fill: &Fill<'_>, packed: &Packed) -> Result<Option<WoodBuffers>> {
+/// Uploads the wood; `slides` binds vertices that slide and their stems.
+fn wood(
+    fill: &Fill<'_>,
+    packed: &Packed,
+    slides: impl Fn(&[(u32, wgpu::Buffer); 2]) -> wgpu::BindGroup,
+) -> Result<Option<WoodBuffers>> {
     if packed.wood_indices.is_empty() {
         return Ok(None);
     }
+    let vertices = if packed.sliding.is_empty() {
+        WoodVertices::Still(fill.buffer("wood vertices", wgpu::BufferUsages::VERTEX, &packed.wood_vertices)?)
+    } else {
+        let vertices = (WOOD, fill.storage("wood vertices", &packed.sliding)?);
+        WoodVertices::Sliding(slides(&[vertices, (STEMS, fill.storage("stems", &packed.stems)?)]))
+    };
     Ok(Some(WoodBuffers {
-        vertices: fill.buffer("wood vertices", wgpu::BufferUsages::VERTEX, &packed.wood_vertices)?,
+        vertices,
         indices: fill.buffer("wood indices", wgpu::BufferUsages::INDEX, &packed.wood_indices)?,
     }))
 }

@@ -4,7 +4,8 @@
 //! A plant's prefix is cut into runs of [`RUN_QUADS`](crate::draw::records::RUN_QUADS) quads; the
 //! draw call has one instance for each run of each plant, and the same indices for all of them. The
 //! vertex shader fetches the corner and its leaf, and the leaf's drawn scale from the timeline (by
-//! binary search) or from the plant's own scales. Wood is an ordinary indexed mesh.
+//! binary search) or from the plant's own scales. Wood is an ordinary indexed mesh, or, where its
+//! vertices slide, indices of vertices that the shader fetches with those that they slide to.
 
 use super::{
     bindings::bound,
@@ -25,7 +26,10 @@ pub(super) enum Part {
     /// Runs of leaves.
     Leaves,
     /// Trunk and branches.
-    Wood,
+    Wood {
+        /// Whether their vertices slide.
+        slides: bool,
+    },
     /// Impostors.
     Impostor {
         /// Whether the depth of their pictures is followed.
@@ -58,14 +62,14 @@ pub(super) fn pipeline(
         (Part::Leaves, Target::Motion(..)) => {
             ("leaf_pass", shaders::leaf_motion(look, variant), ["leaf_motion", "motion"])
         }
-        (Part::Wood, Target::Picture(..)) => {
-            ("wood_pass", shaders::wood_pass(look, variant), ["wood_corner", "wood_color"])
+        (Part::Wood { slides }, Target::Picture(..)) => {
+            ("wood_pass", shaders::wood_pass(look, variant, slides), ["wood_corner", "wood_color"])
         }
-        (Part::Wood, Target::Shadow) => {
-            ("wood_pass", shaders::wood_shadow(look, variant), ["wood_corner", "cast_shadow"])
+        (Part::Wood { slides }, Target::Shadow) => {
+            ("wood_pass", shaders::wood_shadow(look, variant, slides), ["wood_corner", "cast_shadow"])
         }
-        (Part::Wood, Target::Motion(..)) => {
-            ("wood_pass", shaders::wood_motion(look, variant), ["wood_motion", "motion"])
+        (Part::Wood { slides }, Target::Motion(..)) => {
+            ("wood_pass", shaders::wood_motion(look, variant, slides), ["wood_motion", "motion"])
         }
         (Part::Impostor { is_deep }, Target::Picture(..)) => {
             let fragment = if is_deep { "impostor_deep" } else { "impostor_flat" };
@@ -83,8 +87,8 @@ pub(super) fn pipeline(
     };
     let vertex_buffers = match part {
         Part::Leaves => vertices(size_of::<Run>(), wgpu::VertexStepMode::Instance, &RUN[..]),
-        Part::Wood => vertices(size_of::<PackedWood>(), wgpu::VertexStepMode::Vertex, &WOOD[..]),
-        Part::Impostor { .. } => Vec::new(),
+        Part::Wood { slides: false } => vertices(size_of::<PackedWood>(), wgpu::VertexStepMode::Vertex, &WOOD[..]),
+        Part::Wood { slides: true } | Part::Impostor { .. } => Vec::new(),
     };
     PassDescription {
         name,

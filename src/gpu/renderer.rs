@@ -20,7 +20,7 @@
 //! slightly wrong under non-uniform scaling.
 
 use super::{
-    bindings::{impostor_layout, layouts, map_layout, sampler},
+    bindings::{impostor_layout, layouts, map_layout, sampler, sliding_layout},
     buffers::{buffer, grow},
     device::check_device,
     diagnostics::Diagnostics,
@@ -72,7 +72,8 @@ pub struct FoliageRenderer {
     landscape_motion: Option<LandscapeMotion>,
     /// Present if there is ground with heights.
     ground: Option<GroundPass>,
-    model_layout: wgpu::BindGroupLayout,
+    /// Of a model, and of wood that slides.
+    model_layouts: [wgpu::BindGroupLayout; 2],
     /// Present if the look hands plants over to impostors.
     impostor_layout: Option<wgpu::BindGroupLayout>,
     /// Present if impostors are made while plants are drawn.
@@ -108,7 +109,7 @@ impl FoliageRenderer {
         let scales = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         Ok(Self {
             landscape: look.landscape().map(|_| LandscapePass::new(device, target, &look, map_layout.as_ref())),
-            model_layout: layouts[0].clone(),
+            model_layouts: [layouts[0].clone(), sliding_layout(device)],
             impostor_layout: look.far.map(|_| impostor_layout(device)),
             live: None,
             picture: Layer::new(device, Target::Picture(target), look, layouts, map),
@@ -127,9 +128,9 @@ impl FoliageRenderer {
     /// Enables motion vectors ([`render_motion`](Self::render_motion)) into targets of this kind: a
     /// two-channel colour format (`Rg16Float`, `Rg32Float`) and one sample per pixel.
     pub fn with_motion(mut self, device: &wgpu::Device, target: TargetFormat) -> Self {
-        let Look { effects, thinnest_px, far, .. } = self.picture.look;
+        let Look { effects, wood_error_px, far, .. } = self.picture.look;
         let effects = Effects { wind: effects.wind, fade: effects.fade, ..Effects::default() };
-        let look = Look { effects, thinnest_px, far, tone: false, ..Look::default() };
+        let look = Look { effects, wood_error_px, far, tone: false, ..Look::default() };
         self.landscape_motion =
             self.picture.look.landscape().map(|landscape| LandscapeMotion::new(device, target, &landscape));
         self.motion = Some(Layer::new(device, Target::Motion(target), look, layouts(device, &look), None));
@@ -204,7 +205,7 @@ impl FoliageRenderer {
                 .into_iter()
                 .sum(),
             leaf_variants: self.picture.compiled(Part::Leaves),
-            wood_variants: self.picture.compiled(Part::Wood),
+            wood_variants: self.picture.compiled_wood(),
             passes: shadow.chain(self.landscape.iter().map(|_| "landscape")).chain(ground).chain(motion).collect(),
             effect_buffers: effects.map_or_else(Vec::new, EffectBuffers::labels),
             effect_bytes: effects.map_or(0, EffectBuffers::bytes),
@@ -224,11 +225,11 @@ impl FoliageRenderer {
             true => mean_leaf_color(model, &look.lighting())?,
             false => [0.0; 3],
         };
-        let mut upload = Upload::new(model);
+        let mut upload = Upload::sliding(model);
         upload.crown.mean = mean;
         let facts = ModelFacts::new(model, &upload, mean);
         let packed = Packed::new(upload);
-        let mut buffers = ModelBuffers::new(device, queue, &self.model_layout, &self.sampler, model, &packed)?;
+        let mut buffers = ModelBuffers::new(device, queue, &self.model_layouts, &self.sampler, model, &packed)?;
         if let (Some(layout), Some(impostor)) = (&self.impostor_layout, &model.impostor) {
             let (framing, center) = (impostor.framing(), model.sphere().center());
             check_layers(device, &framing)?;

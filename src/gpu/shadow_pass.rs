@@ -41,7 +41,8 @@ impl ShadowPass {
     pub(super) fn new(device: &wgpu::Device, look: &Look, effect: Shadow, picture: &[wgpu::BindGroupLayout]) -> Self {
         let effects = Effects { wind: look.effects.wind, ..Effects::default() };
         let towards_sun = look.lighting.towards_sun.as_dvec3();
-        let look = Look { effects, far: look.far, tone: false, ..Look::default() };
+        let Look { far, wood_error_px, .. } = *look;
+        let look = Look { effects, far, wood_error_px, tone: false, ..Look::default() };
         let of_effects = layouts(device, &look).into_iter().skip(2);
         let layouts = picture[..2].iter().cloned().chain(of_effects).collect();
         let map = ShadowMap::new(device, effect.resolution);

@@ -51,6 +51,7 @@ impl FoliageModel {
             growth: Growth::default(),
             copies: Vec::new(),
             impostor: None,
+            wood_order: None,
         };
         if let Some(survivor) = rank.iter().position(|&rank| rank == 0) {
             model.push(plant, survivor, NO_LEAF, 1.0, 0.0);

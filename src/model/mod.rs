@@ -33,6 +33,7 @@ use crate::{
     bounds::{Aabb, Sphere},
     leaf::LeafGeometry,
     plant::{PlantOf, Tiles},
+    wood::WoodOrder,
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -124,6 +125,7 @@ pub struct Recipe {
 /// 13. as for [`Plant`]: outlines are sound.
 /// 14. Tone is from 0 to [`Growth::MAX_TONE`].
 /// 15. The impostor's sizes are within their limits, and its pages are as long as they say.
+/// 16. The order of the wood is [valid](WoodOrder::validate) for it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FoliageModel {
     /// The plant, its leaves in drawing order, each with its swap record. Its fields and methods
@@ -143,6 +145,9 @@ pub struct FoliageModel {
     pub copies: Vec<LeafCopy>,
     /// What is drawn in the plant's place far away, if it was [baked](crate::software::bake).
     pub impostor: Option<Impostor>,
+    /// The order in which the wood loses detail where it is small; `None` draws stems whole or not
+    /// at all.
+    pub wood_order: Option<WoodOrder>,
 }
 
 impl Deref for FoliageModel {
@@ -172,6 +177,13 @@ impl FoliageModel {
             textures: self.textures.clone(),
             outlines: self.outlines.clone(),
         }
+    }
+
+    /// Finds the [order](WoodOrder) in which the wood loses detail, if there is any wood. Do so
+    /// after [`quantize`](Self::quantize), which moves vertices. O(n log n) for wood of tubes.
+    #[cfg(feature = "simplify")]
+    pub fn order_wood(&mut self) {
+        self.wood_order = (!self.wood.indices.is_empty()).then(|| WoodOrder::new(&self.wood));
     }
 
     /// Bounding box of the wood and of every leaf at each scale from 0 to its largest: the box to

@@ -24,7 +24,8 @@ impl FoliageModel {
         self.check_reach()?;
         let tone = self.growth.tone;
         check(14, (0.0..=Growth::MAX_TONE).contains(&tone), || format!("tone is {tone}"))?;
-        self.impostor.as_ref().map_or(Ok(()), super::Impostor::check)
+        self.impostor.as_ref().map_or(Ok(()), super::Impostor::check)?;
+        self.wood_order.as_ref().map_or(Ok(()), |order| order.check(&self.wood))
     }
 
     fn check_first_leaf(&self) -> Checked {
@@ -220,6 +221,12 @@ mod tests {
     #[test]
     fn invariant_12_enlarged_leaves_stay_finite() {
         assert_eq!(broken_by(|m| m.vertices.iter_mut().for_each(|v| v.position[0] = f32::MAX)), 12);
+    }
+
+    #[test]
+    fn invariant_16_the_order_of_the_wood_belongs_to_it() {
+        let order = crate::wood::WoodOrder::default();
+        assert_eq!(broken_by(|m| m.wood_order = Some(order)), 16);
     }
 
     #[test]

@@ -37,9 +37,29 @@ pub struct Part<'a> {
     pub outlines: &'a [Outline],
     /// What the part repeats if it is enlarged; `None` to show one larger picture.
     pub tiles: Option<Tiles>,
+    /// How far each vertex is widened: depth is that of the vertex without it. Empty if none is.
+    pub widened: &'a [Vec3],
 }
 
-impl Part<'_> {
+impl<'a> Part<'a> {
+    /// A part of wood.
+    pub(super) fn of_wood(vertices: &'a [Vertex], indices: &'a [u32], widened: &'a [Vec3], material: u32) -> Self {
+        let (pivot, outlines): (_, &[Outline]) = ([0.0; 3], &[]);
+        Self {
+            vertices,
+            indices,
+            material,
+            pivot,
+            scale: 1.0,
+            leaf: None,
+            seed: 0,
+            share: 1.0,
+            outlines,
+            tiles: None,
+            widened,
+        }
+    }
+
     /// Mask of the samples that the part may cover, one bit per sample. The first one depends on
     /// the leaf, so that fading leaves in front of each other cover different samples and add up.
     pub(super) fn samples(&self) -> u32 {
@@ -89,6 +109,7 @@ impl<'a> DrawList<'a> {
                 share: 1.0,
                 outlines: &[],
                 tiles: None,
+                widened: &[],
             };
             list.add_leaf(part, leaf, &outlines);
         }
@@ -145,17 +166,9 @@ impl<'a> DrawList<'a> {
     }
 
     fn of_wood(wood: &'a Wood, leaf_vertices: &[Vertex]) -> Self {
-        let part = |part: &WoodPart| Part {
-            vertices: &wood.vertices,
-            indices: wood.indices.get(part.indices[0] as usize..part.indices[1] as usize).unwrap_or_default(),
-            material: part.material,
-            pivot: [0.0; 3],
-            scale: 1.0,
-            leaf: None,
-            seed: 0,
-            share: 1.0,
-            outlines: &[],
-            tiles: None,
+        let part = |part: &WoodPart| {
+            let indices = wood.indices.get(part.indices[0] as usize..part.indices[1] as usize);
+            Part::of_wood(&wood.vertices, indices.unwrap_or_default(), &[], part.material)
         };
         let crown = Aabb::of_points(leaf_vertices.iter().map(|vertex| vertex.position));
         Self { parts: wood.parts.iter().map(part).collect(), crown }
@@ -174,6 +187,7 @@ fn part_of_leaf<'a>(model: &'a FoliageModel, number: u32, leaf: &Leaf, scale: f3
         share: 1.0,
         outlines: &[],
         tiles: model.tiles(leaf),
+        widened: &[],
     }
 }
 
@@ -199,6 +213,8 @@ fn drawn_scales(model: &FoliageModel, active_count: usize) -> Vec<f32> {
 pub struct Placed<'a> {
     /// The draw list.
     pub list: &'a DrawList<'a>,
+    /// Wood that is drawn with the list's own.
+    pub wood: &'a [Part<'a>],
     /// Transform to world space. Lighting is slightly inaccurate under non-uniform scaling.
     pub world_from_plant: DAffine3,
     /// Tone of its leaves; `None` for the tone of the picture.
@@ -212,9 +228,9 @@ pub struct Placed<'a> {
 }
 
 impl<'a> Placed<'a> {
-    /// Places a list, with the tone of the picture and without wind.
+    /// Places a list, with the tone of the picture and without wind or other wood.
     pub fn new(list: &'a DrawList<'a>, world_from_plant: DAffine3) -> Self {
-        Self { list, world_from_plant, tone: None, sway: None, far: 0.0, tint: Vec3::ONE }
+        Self { list, wood: &[], world_from_plant, tone: None, sway: None, far: 0.0, tint: Vec3::ONE }
     }
 
     pub(super) fn is_sound(&self) -> bool {

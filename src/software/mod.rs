@@ -30,6 +30,7 @@ mod samples;
 mod sprite;
 mod tile;
 mod toning;
+mod wood;
 
 pub use bake::bake;
 pub use bake_options::BakeOptions;

@@ -103,7 +103,7 @@ pub(super) fn project<'a>(
     for (number, plant) in (0..).zip(plants) {
         projector.enter(number, plant, camera);
         projector.toning = plant.tone.or(options.tone);
-        for part in plant.list.parts.iter().filter(|part| options.wood || part.leaf.is_some()) {
+        for part in plant.list.parts.iter().chain(plant.wood).filter(|part| options.wood || part.leaf.is_some()) {
             let mips = mips.get(part.material as usize).and_then(Option::as_ref);
             projector.part(part, mips);
         }
@@ -117,6 +117,8 @@ pub(super) fn project<'a>(
 #[derive(Clone, Copy)]
 struct Point {
     clip: DVec4,
+    /// Where its depth is taken from: of a widened vertex, what it is without that.
+    deep: DVec4,
     from_eye: Vec3,
     vertex: Vertex,
 }
@@ -153,18 +155,26 @@ impl<'a> Projector<'a> {
         self.seed = part.leaf.map(|_| part.seed);
         self.kept = self.toning.map_or(1.0, |toning| toning.kept_at(part.scale));
         for triangle in part.indices.chunks_exact(3) {
-            let point = |i: usize| part.vertices.get(triangle[i] as usize).map(|vertex| self.point(part, vertex));
+            let point = |i: usize| {
+                let index = triangle[i] as usize;
+                part.vertices.get(index).map(|vertex| self.point(part, vertex, part.widened.get(index)))
+            };
             if let (Some(a), Some(b), Some(c)) = (point(0), point(1), point(2)) {
                 self.triangle([a, b, c], part, mips);
             }
         }
     }
 
-    fn point(&self, part: &Part<'_>, vertex: &Vertex) -> Point {
+    fn point(&self, part: &Part<'_>, vertex: &Vertex, widened: Option<&Vec3>) -> Point {
         let pivot = Vec3::from(part.pivot).as_dvec3();
         let offset = (Vec3::from(vertex.position).as_dvec3() - pivot) * part.scale as f64;
         let (in_plant, vertex) = self.swayed(part, pivot, offset, *vertex);
-        Point { clip: self.clip_from_plant * in_plant.extend(1.0), from_eye: (in_plant - self.eye).as_vec3(), vertex }
+        let clip = self.clip_from_plant * in_plant.extend(1.0);
+        let deep = widened.map_or(clip, |widened| {
+            let (thin, _) = self.swayed(part, pivot, offset - widened.as_dvec3(), vertex);
+            self.clip_from_plant * thin.extend(1.0)
+        });
+        Point { clip, deep, from_eye: (in_plant - self.eye).as_vec3(), vertex }
     }
 
     /// Applies the wind to a vertex: returns its position, and the vertex with its normal turned if
@@ -199,24 +209,14 @@ impl<'a> Projector<'a> {
 
     /// Adds the triangles of the ground, whose corners may be far outside the picture.
     fn ground(&mut self, points: &[GroundPoint]) {
-        let part = Part {
-            vertices: &[],
-            indices: &[],
-            material: u32::MAX,
-            pivot: [0.0; 3],
-            scale: 1.0,
-            leaf: None,
-            seed: 0,
-            share: 1.0,
-            outlines: &[],
-            tiles: None,
-        };
+        let part = Part::of_wood(&[], &[], &[], u32::MAX);
         (self.plant, self.seed, self.kept) = (GROUND, None, 1.0);
         for triangle in points.as_chunks::<3>().0 {
             let corners = triangle.map(|GroundPoint { from_eye, uv }| {
                 let from_eye = Vec3::from(from_eye);
                 let vertex = Vertex { position: from_eye.to_array(), normal: [0.0; 3], uv, color: [1.0; 4] };
-                Point { clip: self.clip_from_plant * from_eye.as_dvec3().extend(1.0), from_eye, vertex }
+                let clip = self.clip_from_plant * from_eye.as_dvec3().extend(1.0);
+                Point { clip, deep: clip, from_eye, vertex }
             });
             let beyond = |plane| corners.iter().filter(|corner| self.before_plane(plane, corner) < 0.0).count();
             let counts: [usize; PLANES] = std::array::from_fn(beyond);
@@ -297,7 +297,7 @@ impl<'a> Projector<'a> {
 
     /// Projects a point to the screen; `None` if its position there is not finite.
     fn corner(&self, point: &Point) -> Option<Corner> {
-        let clip = point.clip;
+        let Point { clip, deep, .. } = point;
         let x = (clip.x / clip.w * 0.5 + 0.5) * self.size[0] * SUBPIXEL as f64;
         let y = (0.5 - clip.y / clip.w * 0.5) * self.size[1] * SUBPIXEL as f64;
         let step = |value: f64| value.clamp(-FARTHEST_STEP, FARTHEST_STEP).round() as i64;
@@ -306,9 +306,9 @@ impl<'a> Projector<'a> {
             at: [step(x), step(y)],
             inverse_w: (1.0 / clip.w) as f32,
             nearness: match (self.is_orthographic, self.depth) {
-                (false, _) => (1.0 / clip.w) as f32,
-                (true, Depth::Reversed) => (clip.z / clip.w) as f32,
-                (true, Depth::Standard) => (1.0 - clip.z / clip.w) as f32,
+                (false, _) => (1.0 / deep.w) as f32,
+                (true, Depth::Reversed) => (deep.z / deep.w) as f32,
+                (true, Depth::Standard) => (1.0 - deep.z / deep.w) as f32,
             },
             uv: point.vertex.uv,
             normal: Vec3::from(point.vertex.normal),
@@ -335,6 +335,7 @@ fn between(a: &Point, b: &Point, t: f64) -> Point {
     let mixed: [f32; 12] = std::array::from_fn(|i| from[i] + (to[i] - from[i]) * t as f32);
     Point {
         clip: a.clip.lerp(b.clip, t),
+        deep: a.deep.lerp(b.deep, t),
         from_eye: a.from_eye.lerp(b.from_eye, t as f32),
         vertex: bytemuck::cast(mixed),
     }

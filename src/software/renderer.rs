@@ -4,17 +4,19 @@ use super::{
     frame_pages::FramePages,
     ground::PlacedGround,
     image::Image,
-    list::{DrawList, Drawn, Placed, is_sound},
+    list::{DrawList, Drawn, Part, Placed, is_sound},
     live::{LiveFrames, LiveImpostors},
     options::{Background, DrawOptions},
     painter::{Contents, Painter, mean_leaf_color},
     sprite::PlacedImpostor,
     toning::Toning,
+    wood::{SlidingWood, WoodAt},
 };
 use crate::{
     Camera, Error, Result,
     bounds::{Aabb, largest_scale},
     draw::{
+        eye::Eye,
         ground::GroundPages,
         instance::{Frame, GroundCounts, Instance, ModelId, Prepared},
         landscape::REACH,
@@ -35,7 +37,8 @@ const MOST_TRIANGLES: u64 = 1 << 23;
 /// Draws instances of foliage models on the CPU.
 ///
 /// Every effect except `shadow` is simulated for every plant, visible or not. Drawn scales always
-/// come from the timeline: [`Instance::scales`] is ignored. Thin stems are never left out.
+/// come from the timeline: [`Instance::scales`] is ignored. Wood of models without an
+/// [order](FoliageModel::wood_order) is drawn in full.
 pub struct SoftwareRenderer<'a> {
     look: Look,
     models: SlotMap<ModelId, Model<'a>>,
@@ -61,6 +64,8 @@ struct Model<'a> {
     mean: [f32; 3],
     /// Index of its first material in the painter.
     first_material: u32,
+    /// Its wood, if that slides.
+    wood: Option<SlidingWood<'a>>,
     /// Its impostor, if the look hands plants over and it has one or gets one while drawing.
     far: Option<FarModel<'a>>,
 }
@@ -130,7 +135,8 @@ impl<'a> SoftwareRenderer<'a> {
         let first_material = self.painter.add(&model.materials, &model.textures)?;
         let (timeline, shape) = (Timeline::new(model), Shape::new(&model.aabb()));
         let far = self.look.far.map_or(Ok(None), |_| self.far(model))?;
-        Ok(self.models.insert(Model { model, timeline, shape, mean, first_material, far }))
+        let wood = SlidingWood::new(model);
+        Ok(self.models.insert(Model { model, timeline, shape, mean, first_material, wood, far }))
     }
 
     fn far(&self, model: &'a FoliageModel) -> Result<Option<FarModel<'a>>> {
@@ -180,7 +186,19 @@ impl<'a> SoftwareRenderer<'a> {
         let known: Vec<(&Model<'a>, &Instance, f32)> = known.collect();
         let near: Vec<(&Model<'a>, &Instance)> =
             known.iter().filter(|(.., share)| *share < 1.0).map(|&(model, instance, _)| (model, instance)).collect();
-        check_triangles(&near)?;
+        let eye = Eye::new(frame);
+        let error_px = look.wood_error_px;
+        let steps: Vec<(u32, f32)> = near.iter().map(|(model, plant)| model.wood_step(&eye, plant, error_px)).collect();
+        let wood_triangles: Vec<u64> =
+            near.iter().zip(&steps).map(|((model, _), &(_, error))| model.wood_triangles(error)).collect();
+        check_triangles(&near, &wood_triangles)?;
+        let mut levels: HashMap<(ModelId, u32), (u32, WoodAt)> = HashMap::new();
+        for ((model, instance), &(step, error)) in near.iter().zip(&steps) {
+            let Some(wood) = &model.wood else { continue };
+            levels.entry((instance.model, step)).or_insert_with(|| (model.first_material, wood.at(error)));
+        }
+        let wood: HashMap<(ModelId, u32), Vec<Part<'_>>> =
+            levels.iter().map(|(&key, (first_material, wood))| (key, wood.parts(*first_material))).collect();
         let mut prepared = Prepared { draws: 1, effects: Counts::of(effects), ..Prepared::default() };
         prepared.live.made = self.make_frames(&known, &camera)?;
         let lists = self.lists(&near, &mut prepared);
@@ -190,10 +208,12 @@ impl<'a> SoftwareRenderer<'a> {
         };
         let with_leaves = known.iter().filter(|(.., share)| *share < 1.0);
         let placed: Vec<Placed<'_>> = with_leaves
-            .map(|&(model, instance, far)| {
+            .zip(&steps)
+            .map(|(&(model, instance, far), &(step, _))| {
                 let (tone, sway) = (self.toning(model, instance), sway(model, instance));
                 let tint = look.tint_of(instance);
-                Placed { tone, sway, far, tint, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
+                let wood = wood.get(&(instance.model, step)).map_or(&[][..], Vec::as_slice);
+                Placed { wood, tone, sway, far, tint, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
             })
             .collect();
         let with_impostors = known.iter().filter(|(.., share)| *share > 0.0);
@@ -217,7 +237,7 @@ impl<'a> SoftwareRenderer<'a> {
             prepared.leaves += of_leaves as u64;
             prepared.effects.add_plant();
         }
-        prepared.wood_triangles = near.iter().map(|(model, _)| model.model.wood.triangles() as u64).sum();
+        prepared.wood_triangles = wood_triangles.iter().sum();
         let sound = known.iter().filter(|(_, instance, _)| is_sound(&instance.world_from_plant));
         prepared.instances = sound.clone().count() as u32;
         sound.for_each(|&(model, plant, share)| prepared.far.add(share, model.diameter_px(plant, &camera)));
@@ -283,6 +303,7 @@ impl<'a> SoftwareRenderer<'a> {
             lists.entry(key(instance)).or_insert_with(|| {
                 let drawn = Drawn { transition, by, leaf_scale: instance.leaf_scale };
                 let mut list = DrawList::of_drawn(model.model, &model.timeline, &drawn);
+                list.parts.retain(|part| part.leaf.is_some() || model.wood.is_none());
                 list.parts.iter_mut().for_each(|part| part.material += model.first_material);
                 list
             });
@@ -292,6 +313,16 @@ impl<'a> SoftwareRenderer<'a> {
 }
 
 impl Model<'_> {
+    /// Step of the wood's error, and that error; 0 for wood that does not slide.
+    fn wood_step(&self, eye: &Eye, plant: &Instance, error_px: f32) -> (u32, f32) {
+        self.wood.as_ref().map_or((0, 0.0), |wood| wood.step(eye, plant, error_px))
+    }
+
+    /// Number of triangles of the wood that are drawn at an error.
+    fn wood_triangles(&self, error: f32) -> u64 {
+        self.wood.as_ref().map_or(self.model.wood.triangles() as u64, |wood| wood.triangles(error))
+    }
+
     /// Share of an instance's samples that its impostor takes.
     fn share(&self, look: &Look, instance: &Instance, camera: &Camera) -> f32 {
         look.far.map_or(0.0, |far| far.share_of(self.diameter_px(instance, camera), instance.seed, instance.far))
@@ -314,13 +345,12 @@ fn key(instance: &Instance) -> Key {
     (instance.model, [instance.active, instance.window, instance.leaf_scale].map(f32::to_bits))
 }
 
-fn check_triangles(plants: &[(&Model<'_>, &Instance)]) -> Result<()> {
-    let of_plant = |(Model { model, .. }, instance): &(&Model<'_>, &Instance)| {
+fn check_triangles(plants: &[(&Model<'_>, &Instance)], of_wood: &[u64]) -> Result<()> {
+    let leaves = |(Model { model, .. }, instance): &(&Model<'_>, &Instance)| {
         let last = (instance.active.ceil() as usize).min(model.leaves.len()).checked_sub(1);
-        let of_leaves = last.map_or(0, |last| u64::from(model.leaves[last].indices[1] / 3));
-        model.wood.triangles() as u64 + of_leaves
+        last.map_or(0, |last| u64::from(model.leaves[last].indices[1] / 3))
     };
-    let value = plants.iter().map(of_plant).sum::<u64>();
+    let value = plants.iter().map(leaves).chain(of_wood.iter().copied()).sum::<u64>();
     if value <= MOST_TRIANGLES {
         return Ok(());
     }

@@ -60,6 +60,11 @@ impl WoodLevels {
         self.ends.partition_point(|&end| end > error) as u32
     }
 
+    /// Errors from which on triangles are not drawn, falling.
+    pub fn ends(&self) -> &[f32] {
+        &self.ends
+    }
+
     /// The wood at an error, given the wood and the order that these are the levels of.
     pub fn at(&self, wood: &Wood, order: &WoodOrder, error: f32) -> WoodLevel {
         let Self { vertex_stems, widths, .. } = self;

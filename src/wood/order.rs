@@ -86,14 +86,14 @@ impl WoodOrder {
         self.check(wood).map_err(told)
     }
 
-    fn check(&self, wood: &Wood) -> Checked {
+    pub(crate) fn check(&self, wood: &Wood) -> Checked {
         let counts = [self.triangle_stems.len(), self.parents.len(), self.thresholds.len(), self.swells.len()];
         let expected = [wood.triangles(), wood.vertices.len(), wood.vertices.len(), self.stems.len()];
         let what = || format!("an order of {counts:?} triangles, vertices and swells, not {expected:?}");
-        check(15, counts == expected, what)?;
+        check(16, counts == expected, what)?;
         self.check_stems()?;
         let unknown = self.triangle_stems.iter().find(|&&stem| stem as usize >= self.stems.len());
-        check(15, unknown.is_none(), || format!("stem {unknown:?} of {}", self.stems.len()))?;
+        check(16, unknown.is_none(), || format!("stem {unknown:?} of {}", self.stems.len()))?;
         (0..self.parents.len()).try_for_each(|vertex| self.check_vertex(vertex))
     }
 
@@ -104,13 +104,13 @@ impl WoodOrder {
                 None => stem.level == 0,
                 Some(below) => below.is_some_and(|below| below.saturating_add(1) == stem.level),
             };
-            check(15, is_sound, || format!("stem {i} is {stem:?}"))?;
+            check(16, is_sound, || format!("stem {i} is {stem:?}"))?;
         }
         Ok(())
     }
 
     fn check_vertex(&self, vertex: usize) -> Checked {
-        let broken = |what: &str| Broken { invariant: 15, what: format!("wood vertex {vertex} {what}") };
+        let broken = |what: &str| Broken { invariant: 16, what: format!("wood vertex {vertex} {what}") };
         let (parent, threshold) = (self.parents[vertex] as usize, self.thresholds[vertex]);
         if !(threshold > 0.0 && is_short(threshold)) {
             return Err(broken(&format!("has threshold {threshold}")));

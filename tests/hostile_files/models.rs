@@ -23,6 +23,7 @@ fn read_model(bytes: &[u8]) -> Result<()> {
     let written = model.to_bytes().unwrap();
     let again = FoliageModel::from_bytes(&written).expect("what is written can be read");
     assert!(version1::bytes(&again) == bits && again.precision == model.precision, "bits are lost");
+    assert!(again.wood_order == model.wood_order, "the order of the wood is lost");
     assert!(again.to_bytes().unwrap() == written, "the model is not written as it was read");
     let (timeline, mut swap) = (Timeline::new(&model), Swap::new(&model));
     for n in (0..=swap.leaves()).rev() {
@@ -48,6 +49,8 @@ fn model_files() -> Vec<Vec<u8>> {
         assert_eq!(model.copies.len(), if model.leaves.len() == 40 { 38 } else { 0 });
         model.plant.outlines = vec![outline(); 2];
         let sizes = BakeOptions { across: 3, frame_px: 8, is_whole_sphere: true };
+        model.order_wood();
+        assert_eq!(model.wood_order.is_some(), model.leaves.len() == 9);
         model.impostor = (model.leaves.len() == 9).then(|| bake(&model, &sizes, &mut |_| true).unwrap());
         model
     });

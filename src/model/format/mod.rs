@@ -36,6 +36,7 @@ mod version1;
 mod version2;
 mod vertices;
 mod wood;
+mod wood_order;
 
 pub use fault::MAX_FILE_BYTES;
 pub use table::{MAGIC, VERSION};
@@ -53,7 +54,7 @@ pub struct ModelFile {
     /// Version of the format.
     pub version: u32,
     /// Parts of the file: `table`, `about`, `leaf_records`, `leaf_vertices`, `wood`, `textures`,
-    /// `shapes`, `outlines`, `growth`, `intrinsic`, `impostor`, `fill`.
+    /// `shapes`, `outlines`, `growth`, `intrinsic`, `impostor`, `wood_order`, `fill`.
     pub parts: Vec<Part>,
     /// Sections that were skipped because this version of the program does not know them, by their
     /// tags. Worth a warning: the model was made by a newer one.
@@ -213,6 +214,13 @@ mod tests {
         for mut model in models(40) {
             model.recipe.adapter = Some("an adapter".into());
             model.recipe.intrinsic = 0.01;
+            model.wood_order = Some(crate::wood::WoodOrder {
+                stems: vec![crate::wood::StemLink { parent: None, level: 0 }],
+                triangle_stems: vec![0],
+                parents: vec![0, 0, 1],
+                thresholds: vec![f32::INFINITY, 2.0, 0.5],
+                swells: vec![std::array::from_fn(|i| i as u8)],
+            });
             model.write(&path).unwrap();
             let file = ModelFile::read(&path).unwrap();
             assert_eq!((&file.model, file.version, file.skipped.len()), (&model, 2, 0));

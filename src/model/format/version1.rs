@@ -82,6 +82,7 @@ pub(super) fn decode_model(path: &Path, head: &Head, file: &[u8]) -> Result<Foli
         growth: Growth::default(),
         copies: Vec::new(),
         impostor: None,
+        wood_order: None,
     })
 }
 

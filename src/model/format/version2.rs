@@ -12,6 +12,7 @@
 //! | `GROW` | how enlarged leaves are drawn; left out if plainly scaled, and may be skipped |
 //! | `INTR` | intrinsic cost of the recipe; left out if it is 0, and may be skipped |
 //! | `IMPO` | impostor; left out if there is none, and may be skipped |
+//! | `SLID` | order in which the wood loses detail; left out if there is none, and may be skipped |
 //! | `FILL` | zeros, if the file would else take too much memory for its size; may be skipped |
 //!
 //! Each is a record whose byte fields are streams: columns of integers, split into byte planes and
@@ -27,6 +28,7 @@ use super::{
     shapes::{Shapes, Sources},
     table::{REQUIRED, Section, Tag, join, joined_bytes},
     wood::PackedWood,
+    wood_order::PackedWoodOrder,
 };
 use crate::{
     Error, Result,
@@ -42,9 +44,10 @@ const OUTLINES: Tag = *b"OUTL";
 const GROWTH: Tag = *b"GROW";
 const INTRINSIC: Tag = *b"INTR";
 const IMPOSTOR: Tag = *b"IMPO";
+const WOOD_ORDER: Tag = *b"SLID";
 const FILL: Tag = *b"FILL";
 /// Tags in the order in which the sections are written, and what they hold.
-pub(super) const SECTIONS: [(Tag, &str); 11] = [
+pub(super) const SECTIONS: [(Tag, &str); 12] = [
     (*b"ABOU", "about"),
     (*b"LEAF", "leaf_records"),
     (*b"VERT", "leaf_vertices"),
@@ -55,6 +58,7 @@ pub(super) const SECTIONS: [(Tag, &str); 11] = [
     (GROWTH, "growth"),
     (INTRINSIC, "intrinsic"),
     (IMPOSTOR, "impostor"),
+    (WOOD_ORDER, "wood_order"),
     (FILL, "fill"),
 ];
 
@@ -92,10 +96,15 @@ impl Counts {
         }
     }
 
+    /// Numbers of vertices and triangles of the wood.
+    fn of_wood(&self) -> [usize; 2] {
+        [self.wood_vertices as usize, self.wood_indices as usize / 3]
+    }
+
     /// Length of the smallest file that accounts for the memory that reading these elements takes,
-    /// `copied` vertices and indices among them in copies of shapes, and `impostor` bytes. `None`
-    /// if that is too much.
-    fn least_bytes(&self, copied: Option<[u64; 2]>, impostor: u64) -> Option<u64> {
+    /// `copied` vertices and indices among them in copies of shapes, and `others` bytes. `None` if
+    /// that is too much.
+    fn least_bytes(&self, copied: Option<[u64; 2]>, others: u64) -> Option<u64> {
         let [in_copies, most] = [copied.unwrap_or_default(), [MAX_ELEMENTS as u64; 2]];
         let all = [self.vertices, self.indices, self.wood_vertices, self.wood_indices];
         let within = self.leaves <= MAX_LEAVES as u64 && all.iter().all(|&count| count <= most[0]);
@@ -106,7 +115,7 @@ impl Counts {
         let leaves = (128 + 96 * u64::from(copied.is_some())) * self.leaves;
         let vertices = 80 * (self.vertices - in_copies[0] + self.wood_vertices) + 48 * in_copies[0];
         let indices = 12 * (self.indices - in_copies[1] + self.wood_indices) + 4 * in_copies[1];
-        Some((leaves + vertices + indices + impostor).saturating_sub(MEMORY[0]).div_ceil(MEMORY[1]))
+        Some((leaves + vertices + indices + others).saturating_sub(MEMORY[0]).div_ceil(MEMORY[1]))
     }
 }
 
@@ -143,6 +152,7 @@ pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
     });
     let LeafSections { leaves, vertices, shapes, copied } = leaf_sections?;
     let impostor = model.impostor.as_ref().map(PackedImpostor::encode);
+    let order = model.wood_order.as_ref().map(PackedWoodOrder::encode);
     let records = [
         encode(&about)?,
         leaves,
@@ -154,16 +164,17 @@ pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
         encode_if(model.growth != Growth::default(), &model.growth)?,
         encode_if(model.recipe.intrinsic != 0.0, &model.recipe.intrinsic)?,
         impostor.as_ref().map(encode).transpose()?.unwrap_or_default(),
+        order.as_ref().map(encode).transpose()?.unwrap_or_default(),
         Vec::new(),
     ];
-    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, IMPOSTOR, FILL].contains(&tag);
+    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, IMPOSTOR, WOOD_ORDER, FILL].contains(&tag);
     let sections = SECTIONS
         .iter()
         .zip(records)
         .map(|((tag, _), record)| (*tag, if is_required(*tag) { REQUIRED } else { 0 }, record));
     let mut sections: Vec<(Tag, u32, Vec<u8>)> = sections.filter(|(.., record)| !record.is_empty()).collect();
-    let of_impostor = impostor.as_ref().map_or(0, PackedImpostor::memory);
-    let missing = counts.least_bytes(copied, of_impostor).unwrap_or_default().saturating_sub(joined_bytes(&sections));
+    let others = others_memory(impostor.as_ref(), order.as_ref(), &counts);
+    let missing = counts.least_bytes(copied, others).unwrap_or_default().saturating_sub(joined_bytes(&sections));
     if missing > 0 && missing <= MAX_FILE_BYTES {
         sections.push((FILL, 0, vec![0; missing as usize]));
     }
@@ -226,12 +237,13 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
         return Err(damaged(path, format!("section INTR: {intrinsic}")));
     }
     let impostor = damaged_in(path, "IMPO", found(IMPOSTOR).map(decode::<PackedImpostor<'_>>).transpose())?;
+    let order = damaged_in(path, "SLID", found(WOOD_ORDER).map(decode::<PackedWoodOrder<'_>>).transpose())?;
     let about: About = damaged_in(path, "ABOU", decode(about?))?;
     let counts = about.counts;
     let shapes = damaged_in(path, "SHAP", shapes)?;
     let copied = shapes.as_ref().map(Shapes::copied);
-    let of_impostor = impostor.as_ref().map_or(0, PackedImpostor::memory);
-    if counts.least_bytes(copied, of_impostor).is_none_or(|least| least > file.len() as u64) {
+    let others = others_memory(impostor.as_ref(), order.as_ref(), &counts);
+    if counts.least_bytes(copied, others).is_none_or(|least| least > file.len() as u64) {
         return Err(damaged(path, format!("{counts:?}, {copied:?} in copies, in a file of {} bytes", file.len())));
     }
     let mut leaves = damaged_in(path, "LEAF", decode_leaves(leaves?, counts.leaves as usize))?;
@@ -268,7 +280,15 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
         growth: damaged_in(path, "GROW", growth)?,
         copies,
         impostor: damaged_in(path, "IMPO", impostor.map(|packed| packed.decode()).transpose())?,
+        wood_order: damaged_in(path, "SLID", order.map(|packed| packed.decode(counts.of_wood())).transpose())?,
     })
+}
+
+/// Memory that reading the impostor and the order of the wood takes, in bytes.
+fn others_memory(impostor: Option<&PackedImpostor<'_>>, order: Option<&PackedWoodOrder<'_>>, counts: &Counts) -> u64 {
+    let [vertices, triangles] = [counts.wood_vertices, counts.wood_indices / 3];
+    let order = order.map_or(0, |order| order.memory([vertices, triangles]));
+    impostor.map_or(0, PackedImpostor::memory).saturating_add(order)
 }
 
 /// Whether this version reads the section.

@@ -55,6 +55,10 @@ pub struct View {
     /// Draw enlarged leaves nearer to the plant's mean colour, if their model has a tone.
     #[arg(long, value_enum, default_value_t = Switch::On)]
     pub tone: Switch,
+    /// Error in pixels that the wood is drawn at; 0 draws all of it. By default the scene's, or
+    /// 0.5.
+    #[arg(long, value_name = "PX")]
+    pub wood_error: Option<f32>,
 }
 
 /// `foliage-lod report`.
@@ -158,6 +162,9 @@ pub struct Simplify {
     /// in pixels.
     #[arg(long, value_name = "FRAMESxPX", value_parser = frames, num_args = 0..=1, default_missing_value = "12x64")]
     pub far: Option<Frames>,
+    /// Find the order in which the wood loses detail where it is small, and store it.
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    pub wood_order: Switch,
     #[command(flatten)]
     pub import: Import,
     /// Processor that captures the fragments; auto uses a hardware GPU if there is one.
@@ -299,6 +306,9 @@ pub struct Render {
     /// diameter in pixels.
     #[arg(long, value_name = "PX")]
     pub far: Option<f32>,
+    /// Error in pixels that the wood is drawn at; 0 draws all of it. By default 0.5.
+    #[arg(long, value_name = "PX")]
+    pub wood_error: Option<f32>,
     /// Rule for enlarging the leaves of a stochastic picture.
     #[arg(long, value_parser = variant::<AreaRule>(), default_value_t)]
     pub area: AreaRule,
@@ -337,9 +347,10 @@ pub struct Render {
 
 impl Render {
     /// Options that a scene file replaces, and whether each one is set.
-    pub fn not_for_scenes(&self) -> [(&'static str, bool); 13] {
+    pub fn not_for_scenes(&self) -> [(&'static str, bool); 14] {
         [
             ("--far", self.far.is_some()),
+            ("--wood-error", self.wood_error.is_some()),
             ("--distance", self.distance.is_some()),
             ("--row", self.row.is_some()),
             ("--ring", self.ring.is_some()),

@@ -50,10 +50,11 @@ impl Failure {
 }
 
 /// Library fields whose flag has a different name, each with that flag.
-const FLAGS: [(&str, &str); 9] = [
+const FLAGS: [(&str, &str); 10] = [
     ("bake.across", "--far"),
     ("bake.frame_px", "--far"),
     ("far.at_px", "--far"),
+    ("wood_error_px", "--wood-error"),
     ("max_memory_mb", "--max-memory"),
     ("species", "SPECIES"),
     ("CpuFragments", "--raster cpu"),

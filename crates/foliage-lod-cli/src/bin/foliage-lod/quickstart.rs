@@ -35,6 +35,7 @@ pub fn run() -> Result<(), Failure> {
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", HumanCount(fragments)))?;
     model.quantize();
+    model.order_wood();
     let bytes = model.to_bytes()?;
     write_whole(&model_path, &bytes)?;
     steps.done("write", format!("{}, {}", model_path.display(), DecimalBytes(bytes.len() as u64)))?;

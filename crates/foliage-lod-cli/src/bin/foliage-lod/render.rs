@@ -43,7 +43,10 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     let planting = planting(args, &model)?;
     let far = args.far.map(|at_px| Far { at_px, ..Far::default() });
     far.map_or(Ok(()), |far| far.check())?;
-    let look = Look { effects: effects(args), tone: args.tone == args::Switch::On, far, ..Look::default() };
+    let tone = args.tone == args::Switch::On;
+    let wood_error_px = args.wood_error.unwrap_or(Look::default().wood_error_px);
+    let look = Look { effects: effects(args), tone, far, wood_error_px, ..Look::default() };
+    look.check()?;
     steps.done("read", format!("{}: {} leaves", model.name, HumanCount(model.leaves.len() as u64)))?;
     let plants = planting.plants.len();
     if args.method == Method::Stochastic {

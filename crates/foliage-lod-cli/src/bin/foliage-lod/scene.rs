@@ -266,6 +266,7 @@ impl Opened {
             ground,
             far: self.file.far,
             tints: !self.patches.is_empty(),
+            wood_error_px: self.file.lod.wood_error.unwrap_or(Look::default().wood_error_px),
             ..Look::default()
         }
     }

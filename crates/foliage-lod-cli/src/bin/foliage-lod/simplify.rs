@@ -53,6 +53,12 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
     if !args.exact {
         model.quantize();
     }
+    let mut wood_seconds = None;
+    if args.wood_order == args::Switch::On && !model.wood.indices.is_empty() {
+        model.order_wood();
+        let stems = model.wood_order.as_ref().map_or(0, |order| order.stems.len());
+        wood_seconds = Some(steps.done("wood", format!("{} stems", HumanCount(stems as u64)))?);
+    }
     if let Some(far) = &args.far {
         model.impostor = Some(baking::bake(&model, &far.0)?);
         steps.done("bake", baking::summary(&model))?;
@@ -85,6 +91,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
                 "growth": seconds.growth,
                 "fragments": seconds.fragments,
                 "prune": seconds.prune,
+                "wood": wood_seconds,
                 "write": write_seconds,
                 "total": steps.total_seconds(),
             },

@@ -33,7 +33,9 @@ pub fn run(args: &args::View) -> std::result::Result<(), Failure> {
     }
     let model = models::read(&args.model)?;
     let title = format!("{} - foliage-lod", args.model.display());
-    let look = Look { tone: args.tone == args::Switch::On, ..Look::default() };
+    let wood_error_px = args.wood_error.unwrap_or(Look::default().wood_error_px);
+    let look = Look { tone: args.tone == args::Switch::On, wood_error_px, ..Look::default() };
+    look.check()?;
     window::open(
         &title,
         Box::new(move |gpu, target| Viewer::new(gpu, FoliageRenderer::new(gpu.device(), target, look)?, model)),

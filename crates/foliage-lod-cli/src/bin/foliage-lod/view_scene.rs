@@ -21,6 +21,8 @@ const SMOOTHING: f64 = 0.1;
 pub fn run(args: &args::View) -> std::result::Result<(), Failure> {
     let mut opened = Opened::open(&args.model, None, &mut Steps::new(false))?;
     opened.file.tone &= args.tone == args::Switch::On;
+    opened.file.lod.wood_error = args.wood_error.or(opened.file.lod.wood_error);
+    opened.look().check()?;
     let title = format!("{} - foliage-lod", args.model.display());
     window::open(&title, Box::new(move |gpu, target| Viewer::new(gpu, target, opened)))?;
     Ok(())

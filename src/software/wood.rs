@@ -1,0 +1,74 @@
+//! Wood of a model at the errors that a picture needs.
+
+use super::list::Part;
+use crate::{
+    draw::{
+        eye::Eye,
+        facts::reach,
+        instance::Instance,
+        wood::{order_of, stepped},
+    },
+    leaf::Vertex,
+    model::FoliageModel,
+    wood::{WoodLevel, WoodLevels, WoodOrder},
+};
+use glam::{DVec3, Vec3};
+
+/// Wood of a model whose vertices slide.
+pub(super) struct SlidingWood<'a> {
+    model: &'a FoliageModel,
+    order: &'a WoodOrder,
+    levels: WoodLevels,
+    center: DVec3,
+    reach: f32,
+}
+
+/// Wood at one error.
+pub(super) struct WoodAt {
+    vertices: Vec<Vertex>,
+    widened: Vec<Vec3>,
+    /// Materials, each with the indices of its triangles.
+    parts: Vec<(u32, Vec<u32>)>,
+}
+
+impl<'a> SlidingWood<'a> {
+    /// The wood of a valid model; `None` if it has no order to draw it by.
+    pub(super) fn new(model: &'a FoliageModel) -> Option<Self> {
+        let order = order_of(model)?;
+        let (center, reach) = reach(model);
+        Some(Self { model, order, levels: WoodLevels::new(&model.wood, order), center, reach })
+    }
+
+    /// Number of the step of the error that a plant is drawn at, and that error.
+    pub(super) fn step(&self, eye: &Eye, plant: &Instance, error_px: f32) -> (u32, f32) {
+        let pixels_per_unit = eye.pixels_per_unit(self.center, self.reach, &plant.world_from_plant);
+        stepped((f64::from(error_px) / pixels_per_unit) as f32)
+    }
+
+    /// Number of triangles that are drawn at an error.
+    pub(super) fn triangles(&self, error: f32) -> u64 {
+        self.levels.drawn(error).into()
+    }
+
+    /// The wood at an error. O(wood).
+    pub(super) fn at(&self, error: f32) -> WoodAt {
+        let WoodLevel { vertices, widened, triangles } = self.levels.at(&self.model.wood, self.order, error);
+        let mut parts: Vec<(u32, Vec<u32>)> = Vec::new();
+        for (corners, material) in triangles {
+            let part = parts.iter().position(|part| part.0 == material).unwrap_or_else(|| {
+                parts.push((material, Vec::new()));
+                parts.len() - 1
+            });
+            parts[part].1.extend(corners);
+        }
+        WoodAt { vertices, widened, parts }
+    }
+}
+
+impl WoodAt {
+    /// Parts to draw, with materials from `first_material` on.
+    pub(super) fn parts(&self, first_material: u32) -> Vec<Part<'_>> {
+        let parts = self.parts.iter().map(|(material, indices)| (first_material + material, indices));
+        parts.map(|(material, indices)| Part::of_wood(&self.vertices, indices, &self.widened, material)).collect()
+    }
+}
