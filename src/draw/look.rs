@@ -69,7 +69,7 @@ impl Look {
     pub fn check(&self) -> Result<()> {
         let haze = self.ground.map_or(1.0, |ground| ground.haze);
         check_range("ground.haze", haze, f64::MIN_POSITIVE..=f64::MAX)?;
-        check_range("wood_error_px", self.wood_error_px, 0.0..=f32::MAX)?;
+        check_range("wood_error_px", self.wood_error_px, 0.0..=1e6)?;
         self.far.map_or(Ok(()), |far| far.check())?;
         self.effects.check()
     }

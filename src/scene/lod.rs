@@ -100,7 +100,7 @@ impl Lod {
             "pairs of an increasing diameter in pixels and a fraction above 0, at most 1, with the policy sizes";
         let fits = if self.policy == Policy::Sizes { self.sizes().is_some() } else { self.shares.is_empty() };
         wrong_if(!fits, "lod.shares", &format!("{:?}", self.shares), allowed)?;
-        check_range("lod.wood_error", self.wood_error.unwrap_or(0.0), 0.0..=1e9)?;
+        check_range("lod.wood_error", self.wood_error.unwrap_or(0.0), 0.0..=1e6)?;
         check_range("lod.dead_band", self.dead_band.unwrap_or(0.0), 0.0..=1.0)
     }
 }

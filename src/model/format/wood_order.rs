@@ -24,7 +24,7 @@ pub(super) struct PackedWoodOrder<'a> {
     parents: Ints<'a>,
     /// Upper halves of the thresholds.
     thresholds: Ints<'a>,
-    /// Swells at the first ratio of all stems, then at the next.
+    /// Swells of all stems at the first ratio, then at each other less those at the one before.
     swells: Stream<'a>,
 }
 
@@ -33,7 +33,9 @@ impl PackedWoodOrder<'_> {
         let links = (0..).zip(&order.stems).map(|(stem, link)| link.parent.map_or(0, |parent| stem - parent));
         let parents = (0_u32..).zip(&order.parents).map(|(vertex, parent)| parent.wrapping_sub(vertex));
         let thresholds = order.thresholds.iter().map(|threshold| threshold.to_bits() >> SHORT);
-        let swells = (0..SWELLS).flat_map(|ratio| order.swells.iter().map(move |swell| swell[ratio]));
+        let before = |swell: &Swell, ratio: usize| if ratio == 0 { 0 } else { swell[ratio - 1] };
+        let step = |swell: &Swell, ratio: usize| swell[ratio].wrapping_sub(before(swell, ratio));
+        let swells = (0..SWELLS).flat_map(|ratio| order.swells.iter().map(move |swell| step(swell, ratio)));
         PackedWoodOrder {
             stems: order.stems.len() as u32,
             links: Ints::encode(&links.collect::<Vec<u32>>()),
@@ -71,7 +73,13 @@ impl PackedWoodOrder<'_> {
             return Err(format!("a threshold of {long:#x}"));
         }
         let columns = self.swells.unpack(count * SWELLS)?;
-        let swell = |stem: usize| -> Swell { std::array::from_fn(|ratio| columns[ratio * count + stem]) };
+        let swell = |stem: usize| -> Swell {
+            let mut value = 0_u8;
+            std::array::from_fn(|ratio| {
+                value = value.wrapping_add(columns[ratio * count + stem]);
+                value
+            })
+        };
         Ok(WoodOrder {
             swells: (0..count).map(swell).collect(),
             stems,
