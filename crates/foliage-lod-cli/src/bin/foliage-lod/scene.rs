@@ -343,8 +343,9 @@ fn load(source: &ModelSource, folder: &Path) -> Result<FoliageModel> {
     let options = GrowOptions { leaves: source.leaves, seed: source.seed };
     let plant = spinning("growing", || grow(&species, &options))?;
     let options = SimplifyOptions::fast();
-    let simplified = simplify(&plant, &options, &mut CpuFragments::new(), &mut Bars::new())?;
-    Ok(simplified.model)
+    let mut model = simplify(&plant, &options, &mut CpuFragments::new(), &mut Bars::new())?.model;
+    model.order_wood();
+    Ok(model)
 }
 
 /// Rejects options that do not apply to scenes: the scene file sets them.
