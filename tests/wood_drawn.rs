@@ -174,6 +174,36 @@ fn an_order_survives_its_file_and_quantized_wood_stays_in_one_piece() {
     }
 }
 
+/// From 3 to 60 radii, the wood alone changes from frame to frame at most a tenth more than if all
+/// of it were drawn; where it is smaller than 40 pixels, at most a fourth more.
+#[test]
+fn wood_that_loses_detail_changes_no_more_than_all_of_it() {
+    let model = model("english-oak", 300);
+    let frames = 60;
+    let greatest = |wood_error_px: f32| {
+        let mut painter = SoftwareRenderer::new(Look { wood_error_px, ..Look::default() }).unwrap();
+        let id = painter.add_model(&model).unwrap();
+        let plant = Instance::new(id, DAffine3::IDENTITY, 0.0);
+        let picture = |frame: i32| {
+            // Framed by a factor of 1, the plant is four radii away.
+            let factor = 0.75 * 20_f64.powf(f64::from(frame) / f64::from(frames - 1));
+            let camera = LookAt::framing(&model.sphere(), DVec3::new(0.45, 0.25, 1.0), 0.5, factor);
+            painter.draw(camera.camera(160), &[plant], [160; 2]).unwrap().image
+        };
+        let change = |a: &Image, b: &Image| {
+            let squares = a.rgba.iter().zip(&b.rgba).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
+            (squares.sum::<f64>() / a.rgba.len() as f64).sqrt()
+        };
+        let pictures: Vec<Image> = (0..frames).map(picture).collect();
+        let changes: Vec<f64> = pictures.windows(2).map(|pair| change(&pair[0], &pair[1])).collect();
+        // The whole way, and its farther half, where the plant is small.
+        [&changes[..], &changes[changes.len() / 2..]].map(|part| part.iter().copied().fold(0.0, f64::max))
+    };
+    let (drawn, full) = (greatest(0.5), greatest(0.0));
+    println!("{drawn:.2?}, in full {full:.2?}");
+    assert!(drawn[0] <= 1.1 * full[0] && drawn[1] <= 1.25 * full[1], "{drawn:?}, in full {full:?}");
+}
+
 /// Distance of a point from the nearest of some triangles.
 fn from_triangles(point: Vec3, triangles: &[[Vec3; 3]]) -> f32 {
     let from_segment = |a: Vec3, b: Vec3| {
