@@ -69,7 +69,7 @@ fn meadow(at: [f64; 2]) -> f64 {
 fn color(at: [f64; 2]) -> [u8; 3] {
     // Few different values make a small file.
     let patches = (12.0 * layered(at, 45.0, 3, 23)).round() / 12.0;
-    let grass = mixed([72.0, 92.0, 42.0], [98.0, 106.0, 50.0], patches);
+    let grass = mixed([64.0, 76.0, 30.0], [78.0, 88.0, 40.0], patches);
     let litter = mixed([70.0, 66.0, 42.0], [88.0, 80.0, 52.0], patches);
     let ground = mixed(grass, litter, rising(wood(at), 0.2, 0.9));
     mixed([150.0, 132.0, 100.0], ground, rising(from_path(at), 1.2, 2.6)).map(|channel| channel as u8)

@@ -65,6 +65,10 @@ pub struct PlantKind {
     /// ground before they go: 0, at which all vanish at once, to 1.
     #[serde(default = "thins_over")]
     pub thins_over: f32,
+    /// Whether they take the ground's colour meanwhile, as grass does well whose ground has about
+    /// its colour.
+    #[serde(default)]
+    pub blends: bool,
 }
 
 /// Default of [`PlantKind::reach`], over the spacing.
@@ -143,6 +147,7 @@ impl PlantKind {
             keeps_away: 0.0,
             reach: None,
             thins_over: thins_over(),
+            blends: false,
         }
     }
 

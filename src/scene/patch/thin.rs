@@ -1,8 +1,8 @@
 //! How plants of a patch become fewer with distance, and are gone at the end of their reach.
 //!
 //! Over the last part of the reach those of high ranks go first; those that stay grow, so that
-//! together they cover as much from any side and take the ground's colour, and each sinks into the
-//! ground just before it goes: nothing vanishes at once.
+//! together they cover as much from any side and may take the ground's colour, and each sinks into
+//! the ground just before it goes: nothing vanishes at once.
 
 use super::kind::PlantKind;
 
@@ -36,7 +36,7 @@ impl PlantKind {
         let share = if over > 0.0 { ((reach - distance) / over).clamp(0.0, 1.0) } else { 1.0 };
         let height = if over > 0.0 { ((own - distance) / (SINKS_OVER * over)).min(1.0) } else { 1.0 };
         let growth = (1.0 / share.sqrt()).min(MOST_GROWTH);
-        let fade = ((1.0 - share) / FADES_OVER).min(1.0);
+        let fade = if self.blends { ((1.0 - share) / FADES_OVER).min(1.0) } else { 0.0 };
         is_seen.then_some(Seen { width: growth, height: growth * height, fade })
     }
 }
@@ -60,6 +60,9 @@ mod tests {
         for rank in [0, 30_000, 65_535] {
             let heights: Vec<f64> =
                 (0..10_000).map(|i| kind.seen(rank, f64::from(i) * 0.01).map_or(0.0, |seen| seen.height)).collect();
+            let blending = PlantKind { blends: true, ..kind.clone() };
+            let fades = [50.0, 75.0, 99.0].map(|at| blending.seen(0, at).map(|seen| seen.fade));
+            assert_eq!(fades, [Some(0.0), Some(0.5), Some(1.0)]);
             assert!(heights.windows(2).all(|pair| (pair[0] - pair[1]).abs() < 0.005), "{rank}");
         }
         let abrupt = PlantKind { thins_over: 0.0, ..kind };
