@@ -32,6 +32,10 @@ pub struct Seen {
     pub world_from_plant: DAffine3,
     /// Active count.
     pub active: f32,
+    /// Tells plants apart.
+    pub seed: u32,
+    /// Factor of its lit colour.
+    pub tint: [f32; 3],
 }
 
 /// One frame, both with every leaf and at its level of detail.
@@ -191,7 +195,11 @@ impl<'a> Drawer<'a> {
     }
 
     fn prepare(&mut self, gpu: &GpuDevice, shot: &Shot) -> Result<foliage_lod::draw::Prepared> {
-        let instance = |seen: &Seen| Instance::new(self.ids[seen.model], seen.world_from_plant, seen.active);
+        let instance = |&Seen { model, world_from_plant, active, seed, tint }: &Seen| Instance {
+            seed,
+            tint,
+            ..Instance::new(self.ids[model], world_from_plant, active)
+        };
         let list = |seen: &[Vec<Seen>; 2]| -> Vec<Instance> {
             seen[usize::from(self.case.has_lod)].iter().map(instance).collect()
         };

@@ -69,6 +69,8 @@ fn shot(opened: &mut Opened, seconds: f64) -> Result<Shot, Error> {
                 model: plant.model,
                 world_from_plant: plant.world_from_plant,
                 active: plant.active,
+                seed: plant.seed,
+                tint: plant.tint.to_array(),
             };
             plants.iter().map(seen).collect::<Vec<_>>()
         })
