@@ -117,6 +117,11 @@ fn errors_in_a_scene_name_line_key_and_allowed_values() {
         ("[ground]\nrelief = 3", "line 9: ground.relief is given", "given with `heights`"),
         ("[ground]\ncolors = \"c.png\"", "line 8: ground.area is missing", "given with `heights` or `colors`"),
         ("[ground]\narea = [0, 1]", "line 9: ground.area is 0", "from 0.001"),
+        (
+            "[[patch]]\n[[patch.kinds]]\nmodel = \"oak\"\nspacing = 1\nheight = [1, 2]\nblends = true",
+            "line 13: patch.0.kinds.0.blends is true without a ground",
+            "[ground]",
+        ),
         ("[[scatter]]\nmodels = []\ncount = 1\narea = [1, 1]", "line 9: scatter.0.models is empty", "oak"),
     ];
     for (added, what, allowed) in cases {

@@ -20,8 +20,8 @@ pub(crate) const FLOOR_FROM: f32 = 0.4;
 /// beyond the area.
 pub(crate) const FADES_OVER: f32 = 0.05;
 
-/// Distance up to which ground with heights goes on beyond its area, in distances of the haze: 0.03
-/// % of its light is left there.
+/// Distance up to which ground with heights goes on beyond its area, in distances of the haze:
+/// there 1/3000 of its light is left.
 #[cfg(feature = "software")]
 pub(crate) const REACH: f64 = 8.0;
 

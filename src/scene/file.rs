@@ -254,7 +254,12 @@ impl SceneFile {
         for (i, patch) in self.patch.iter().enumerate() {
             patch.check(|name| format!("patch.{i}.{name}"))?;
             let kinds = patch.kinds.iter().enumerate();
-            kinds.into_iter().try_for_each(|(k, kind)| known(&format!("patch.{i}.kinds.{k}.model"), &kind.model))?;
+            for (k, kind) in kinds {
+                let key = |name: &str| format!("patch.{i}.kinds.{k}.{name}");
+                known(&key("model"), &kind.model)?;
+                let blends_with_none = kind.blends && self.ground.is_none();
+                wrong_if(blends_with_none, &key("blends"), "true without a ground", "false, or given with a [ground]")?;
+            }
         }
         let least = u64::from(self.patch.is_empty());
         let limit = format!("at least 1 and at most {MAX_PLANTS}");

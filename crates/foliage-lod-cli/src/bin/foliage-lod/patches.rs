@@ -4,7 +4,7 @@ use foliage_lod::{
     Result,
     scene::{
         Footing, MAX_PLANTS, Planted, SceneFile,
-        patch::{HeightMap, PatchEntry, Seen, Tile, TileCounts, TileOptions, Tiles},
+        patch::{HeightMap, PatchEntry, PatchPlant, Seen, Tile, TileCounts, TileOptions, Tiles},
     },
 };
 use glam::{DAffine3, DVec3, Vec3};
@@ -31,8 +31,9 @@ pub struct Thinning {
     tint: Vec3,
     /// Its tint where it has the ground's colour.
     faded: Vec3,
-    /// Its patch, and its kind there.
-    kind: [u16; 2],
+    patch: u32,
+    /// Its kind in the patch.
+    kind: u16,
 }
 
 impl Patches {
@@ -55,16 +56,21 @@ impl Patches {
 
     /// Transform and tint of a plant as it is shown to an eye; `None` if it is not.
     pub fn shown(&self, plant: &Thinning, world_from_plant: DAffine3, eye: DVec3) -> Option<(DAffine3, Vec3)> {
-        let [patch, kind] = plant.kind.map(usize::from);
-        let kind = &self.patches[patch].patch().kinds()[kind];
+        let kind = &self.patches[plant.patch as usize].patch().kinds()[usize::from(plant.kind)];
         let Seen { width, height, fade } = kind.seen(plant.rank, plant.foot.distance(eye))?;
-        if fade == 0.0 && height == 1.0 {
+        if [width, height] == [1.0, 1.0] {
             return Some((world_from_plant, plant.tint));
         }
         let sized = DAffine3::from_scale(DVec3::new(width, height, width));
         let [to_foot, from_foot] = [plant.foot, -plant.foot].map(DAffine3::from_translation);
         let tint = plant.tint.lerp(plant.faded, fade as f32);
         Some((to_foot * sized * from_foot * world_from_plant, tint))
+    }
+
+    /// Whether plants have tints, or take the ground's colour.
+    pub fn has_tints(&self) -> bool {
+        let kinds = self.patches.iter().flat_map(|tiles| tiles.patch().kinds());
+        kinds.into_iter().any(|kind| kind.blends || kind.tint.as_flattened().iter().any(|&factor| factor != 1.0))
     }
 
     /// Whether the scene has none.
@@ -88,24 +94,26 @@ impl Patches {
 
     /// Appends the plants of all tiles, at most [`MAX_PLANTS`] in all; what would be more is left
     /// out. Returns how many were. `faded` is the tint with which a model has the colour of the
-    /// ground at a place.
+    /// ground at a place, if it has leaves.
     pub fn plant(
         &self,
         planted: &mut Vec<Planted>,
         thinning: &mut Vec<Thinning>,
-        faded: impl Fn(usize, DVec3) -> Vec3,
+        faded: impl Fn(usize, DVec3) -> Option<Vec3>,
     ) -> usize {
         let mut left_out = 0;
-        for (number, (tiles, models)) in (0..).zip(self.patches.iter().zip(&self.models)) {
+        for (patch, (tiles, models)) in (0..).zip(self.patches.iter().zip(&self.models)) {
+            let kinds = tiles.patch().kinds();
             for Tile { plants, .. } in tiles.tiles() {
                 let room = (MAX_PLANTS as usize).saturating_sub(planted.len());
                 left_out += plants.len().saturating_sub(room);
                 for plant in &plants[..room.min(plants.len())] {
                     let model = models[usize::from(plant.kind)];
                     planted.push(Planted { model, world_from_plant: self.footings[model].world_from_patch(plant) });
-                    let (kind, faded) = ([number, plant.kind], faded(model, plant.at));
-                    let (foot, rank, seed, tint) = (plant.at, plant.rank, plant.seed, plant.tint.into());
-                    thinning.push(Thinning { seed, foot, rank, tint, faded, kind });
+                    let PatchPlant { at: foot, kind, rank, seed, .. } = *plant;
+                    let tint = Vec3::from(plant.tint);
+                    let faded = kinds[usize::from(kind)].blends.then(|| faded(model, foot)).flatten().unwrap_or(tint);
+                    thinning.push(Thinning { seed, foot, rank, tint, faded, patch, kind });
                 }
             }
         }

@@ -53,7 +53,7 @@ pub struct Opened {
     /// For each plant of a patch, until where it is shown.
     thinning: Vec<Thinning>,
     grove: Grove,
-    /// Mean lit colour of each model's leaves, if there are patches.
+    /// Mean lit colour of each model's leaves, if plants have tints.
     means: Vec<Vec3>,
     /// Whether it was told that plants of patches are left out.
     has_told: bool,
@@ -165,7 +165,7 @@ impl Opened {
             active,
         };
         opened.fill_grove()?;
-        if !opened.patches.is_empty() {
+        if opened.patches.has_tints() {
             let lighting = opened.look().lighting();
             let mean = |model: &FoliageModel| mean_leaf_color(model, &lighting).map(Vec3::from);
             opened.means = opened.models.iter().map(mean).collect::<Result<_>>()?;
@@ -199,14 +199,11 @@ impl Opened {
             self.thinning.clear();
             let lighting = self.look().lighting();
             let faded = |model: usize, foot: DVec3| {
-                let ground =
-                    self.file.ground.as_ref().zip(Some(self.means[model])).filter(|(_, mean)| *mean != Vec3::ZERO);
-                ground.map_or(Vec3::ONE, |(ground, mean)| {
-                    let at = [foot.x, foot.z];
-                    let [x, z] = self.heights.gradient(at).map(|rise| rise as f32);
-                    let albedo = self.terrain.as_ref().and_then(|terrain| terrain.color(at)).unwrap_or(ground.color);
-                    lighting.on_ground(albedo.into(), Vec3::new(-x, 1.0, -z).normalize()) / mean
-                })
+                let (mean, at) = (self.means[model], [foot.x, foot.z]);
+                let plain = self.file.ground.as_ref().filter(|_| mean.min_element() > 0.0)?.color;
+                let albedo = self.terrain.as_ref().and_then(|terrain| terrain.color(at)).unwrap_or(plain);
+                let [x, z] = self.heights.gradient(at).map(|rise| rise as f32);
+                Some(lighting.on_ground(albedo.into(), Vec3::new(-x, 1.0, -z).normalize()) / mean)
             };
             let left_out = self.patches.plant(&mut self.planted, &mut self.thinning, faded);
             if (left_out > 0 || counts.over > 0) && !std::mem::replace(&mut self.has_told, true) {
@@ -265,7 +262,7 @@ impl Opened {
             lighting,
             ground,
             far: self.file.far,
-            tints: !self.patches.is_empty(),
+            tints: self.patches.has_tints(),
             wood_error_px: self.file.lod.wood_error.unwrap_or(Look::default().wood_error_px),
             ..Look::default()
         }
