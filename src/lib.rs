@@ -53,6 +53,7 @@ mod crown;
 mod edge;
 mod error;
 pub mod file;
+mod frustum;
 mod hash;
 pub mod leaf;
 pub mod material;

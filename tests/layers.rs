@@ -11,10 +11,11 @@ use std::{
 };
 
 /// The crate's modules, from the bottom layer up. A module may use itself and lower layers only.
-const LAYERS: [&[&str]; 14] = [
+const LAYERS: [&[&str]; 15] = [
     &["error"],
     &["bounds", "edge", "file", "hash", "memory", "random", "srgb"],
     &["camera", "crown"],
+    &["frustum"],
     &["leaf", "material"],
     &["plant"],
     &["wood"],

@@ -1,7 +1,7 @@
 //! The sun's camera: the part of the world that a shadow map covers.
 
 use super::instance::Frame;
-use crate::{Camera, Depth, effects::Shadow};
+use crate::{Camera, Depth, effects::Shadow, frustum::Frustum};
 use glam::{DMat4, DVec3, DVec4};
 
 /// Distance towards the sun, in radii of the map, up to which casters are drawn. With the sun at 20
@@ -18,6 +18,11 @@ pub struct SunView {
     pub camera: Camera,
     /// Half the side of the covered square, in world units.
     radius: f64,
+    /// Unit vector from the sun.
+    away: DVec3,
+    /// What the picture's camera sees, relative to `seen_from`.
+    seen: Frustum,
+    seen_from: DVec3,
 }
 
 impl SunView {
@@ -45,10 +50,11 @@ impl SunView {
             height_px: effect.resolution,
             depth: Depth::Standard,
         };
-        Self { camera, radius }
+        let seen = Frustum::new(&frame.camera, center);
+        Self { camera, radius, away, seen, seen_from: center }
     }
 
-    /// Whether the shadow of a sphere can fall on the map.
+    /// Whether the shadow of a sphere can fall on the map, and within it on what the picture shows.
     pub fn is_reached_by(&self, center: DVec3, radius: f64) -> bool {
         let clip = self.camera.clip_from_world * center.extend(1.0);
         let reach = radius / self.radius;
@@ -56,6 +62,12 @@ impl SunView {
         clip.x.abs() <= 1.0 + reach
             && clip.y.abs() <= 1.0 + reach
             && (-depth_reach..=1.0 + depth_reach).contains(&clip.z)
+            && self.seen.meets_swept_sphere(center - self.seen_from, radius, self.shadow_of(clip.z))
+    }
+
+    /// From a caster at the depth `z` of the map to where its shadow leaves the map.
+    fn shadow_of(&self, z: f64) -> DVec3 {
+        self.away * ((1.0 - z).max(0.0) * DEPTH_RADII * self.radius)
     }
 }
 
@@ -121,6 +133,28 @@ mod tests {
         assert!(sun.is_reached_by(seen, 1.0) && sun.is_reached_by(seen + towards_sun * 100.0, 1.0));
         assert!(!sun.is_reached_by(seen - towards_sun * 100.0, 1.0), "behind what is seen");
         assert!(!sun.is_reached_by(seen + DVec3::Z * 200.0, 1.0), "beside it");
+        let behind_the_eye = DVec3::new(0.0, 0.0, 10.0);
+        assert!(!sun.is_reached_by(behind_the_eye, 1.0), "its shadow is out of the picture");
+        assert!(sun.is_reached_by(behind_the_eye, 15.0), "large enough to be seen itself");
         assert!(sun.is_reached_by(seen + DVec3::Z * 200.0, 200.0), "large enough to reach it");
+    }
+
+    /// A point that the picture shows is reached by whatever stands between it and the sun.
+    #[test]
+    fn nothing_that_shades_a_seen_point_is_left_out() {
+        let effect = Shadow { distance: 50.0, ..Shadow::default() };
+        for towards_sun in [DVec3::new(1.0, 0.3, 0.0), DVec3::new(0.1, 0.2, -1.0), DVec3::new(0.0, 0.4, 1.0), DVec3::Y]
+        {
+            let towards_sun = towards_sun.normalize();
+            let view = frame(DVec3::new(300.0, 2.0, -70.0));
+            let sun = SunView::new(&view, towards_sun, &effect);
+            for i in 0..1000_u32 {
+                let unit = |salt: u32| f64::from((i * 7 + salt).wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
+                let clip = DVec3::new(2.0 * unit(1) - 1.0, 2.0 * unit(2) - 1.0, 0.1 / (1.0 + 45.0 * unit(3)));
+                let seen = view.camera.clip_from_world.inverse().project_point3(clip);
+                let caster = seen + towards_sun * (60.0 * unit(4));
+                assert!(sun.is_reached_by(caster, 0.01), "{caster} shades {seen}");
+            }
+        }
     }
 }

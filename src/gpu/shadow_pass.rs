@@ -1,7 +1,7 @@
 //! Shadow pass: draws a shadow map of the sun before each picture.
 //!
 //! The map covers everything that the camera sees up to the effect's distance. Plants whose shadow
-//! can fall there are drawn with a share of their leaves; all others are skipped. The map moves by
+//! can fall on what it sees there are drawn with a share of their leaves; all others are skipped. The map moves by
 //! whole texels, so that the shadows of static plants do not shimmer.
 //!
 //! Limits: one map, with no shadows beyond it; no shadow is finer than a texel.
@@ -26,6 +26,10 @@ use crate::{
 };
 use glam::{DMat4, DVec3};
 
+/// Error of the wood in texels of the map, over that in pixels of the picture: the edges of shadows
+/// are softer than those of the wood.
+const WOOD_ERROR: f32 = 2.0;
+
 /// The shadow map, and the layer that draws it.
 pub(super) struct ShadowPass {
     effect: Shadow,
@@ -41,8 +45,8 @@ impl ShadowPass {
     pub(super) fn new(device: &wgpu::Device, look: &Look, effect: Shadow, picture: &[wgpu::BindGroupLayout]) -> Self {
         let effects = Effects { wind: look.effects.wind, ..Effects::default() };
         let towards_sun = look.lighting.towards_sun.as_dvec3();
-        let Look { far, wood_error_px, .. } = *look;
-        let look = Look { effects, far, wood_error_px, tone: false, ..Look::default() };
+        let wood_error_px = WOOD_ERROR * look.wood_error_px;
+        let look = Look { effects, far: look.far, wood_error_px, tone: false, ..Look::default() };
         let of_effects = layouts(device, &look).into_iter().skip(2);
         let layouts = picture[..2].iter().cloned().chain(of_effects).collect();
         let map = ShadowMap::new(device, effect.resolution);

@@ -7,11 +7,11 @@
 //! Limits: no occlusion culling; moving a plant means rebuilding the grove (0.3 ms for 1,000
 //! plants).
 
-use super::frustum::{ALL_PLANES, Crossed, Frustum};
 use crate::{
     Camera, Error, Result,
     bounds::{Sphere, largest_scale},
     extract::{Blend, Hysteresis, LodPolicy, fewest_leaves, sight::SeenBy},
+    frustum::{ALL_PLANES, Crossed, Frustum},
     model::FoliageModel,
 };
 use glam::{DAffine3, DVec3, Vec3, Vec3A};

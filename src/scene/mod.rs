@@ -10,7 +10,6 @@ mod camera;
 mod check;
 mod file;
 mod footing;
-mod frustum;
 mod ground;
 mod grove;
 mod lod;
