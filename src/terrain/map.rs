@@ -85,8 +85,9 @@ impl Map {
     fn texel(&self, at: [f64; 2], axis: usize) -> (u32, u32, f64) {
         let last = f64::from(self.size[axis] - 1);
         let exact = (at[axis] * f64::from(self.size[axis]) - 0.5).clamp(0.0, last);
-        let first = exact.floor();
-        (first as u32, (first + 1.0).min(last) as u32, exact - first)
+        // The place is not negative, so this rounds down.
+        let first = exact as u32;
+        (first, (first + 1).min(self.size[axis] - 1), exact - f64::from(first))
     }
 }
 

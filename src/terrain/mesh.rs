@@ -3,7 +3,7 @@
 use super::Terrain;
 use crate::Camera;
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// Distance in pixels between the ground and its triangles above which they become finer, in the
 /// middle of the picture.
@@ -39,10 +39,13 @@ pub struct GroundMesh {
     made_for: Option<[u64; 5]>,
 }
 
-/// A point of the grid, at the height at which it is drawn.
+/// A point of the grid.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     at: [u32; 2],
+    /// Horizontal position relative to the eye.
+    from_eye: [f64; 2],
+    /// Height at which it is drawn, relative to the eye.
     height: f64,
 }
 
@@ -79,6 +82,8 @@ struct Halving<'a> {
     /// For each level of halving, how far from the middle of a triangle's longest side points lie
     /// that follow from it.
     radii: Vec<f64>,
+    /// Corner of the area with the least x and z, relative to the eye.
+    low: [f64; 2],
     /// How far the eye is above or below all ground.
     beyond: f64,
     points: &'a mut Vec<GroundPoint>,
@@ -97,14 +102,16 @@ impl<'a> Halving<'a> {
         };
         let radii = (0..2 * terrain.grid.depth()).map(|level| FOLLOWERS * longest(level)).collect();
         let beyond = (low - eye.y).max(eye.y - high).max(0.0);
-        Self { terrain, eye, px_per_unit, reach, square, radii, beyond, points }
+        let [x, z] = terrain.heights.low_corner();
+        let low = [x - eye.x, z - eye.z];
+        Self { terrain, eye, px_per_unit, reach, square, radii, low, beyond, points }
     }
 
     /// Makes all triangles; returns false if there are too many.
     fn halve_all(&mut self) -> bool {
         self.points.clear();
         let side = self.terrain.grid.side();
-        let corner = |at: [u32; 2]| Corner { at, height: self.height(at) };
+        let corner = |at: [u32; 2]| Corner { at, from_eye: self.from_eye(at), height: self.height(at) };
         let [low, right, high, left] = [[0, 0], [side, 0], [side, side], [0, side]].map(corner);
         self.halve(low, high, right, 0) && self.halve(high, low, left, 0)
     }
@@ -115,46 +122,51 @@ impl<'a> Halving<'a> {
         if self.points.len() >= 3 * MOST_TRIANGLES {
             return false;
         }
-        let at = [0, 1].map(|axis| a.at[axis].midpoint(b.at[axis]));
-        let excess = if level < 2 * self.terrain.grid.depth() { self.excess(at, level) } else { 0.0 };
-        if excess <= 1.0 {
-            self.add([a, b, apex]);
-            return true;
+        if level < 2 * self.terrain.grid.depth() {
+            let at = [a.at[0].midpoint(b.at[0]), a.at[1].midpoint(b.at[1])];
+            let from_eye = self.from_eye(at);
+            let excess = self.excess(at, from_eye, level);
+            if excess > 1.0 {
+                let straight = 0.5 * (a.height + b.height);
+                let height = straight + (self.height(at) - straight) * (excess - 1.0).min(1.0);
+                let middle = Corner { at, from_eye, height };
+                return self.halve(a, apex, middle, level + 1) && self.halve(apex, b, middle, level + 1);
+            }
         }
-        let straight = 0.5 * (a.height + b.height);
-        let height = straight + (self.height(at) - straight) * (excess - 1.0).min(1.0);
-        let middle = Corner { at, height };
-        self.halve(a, apex, middle, level + 1) && self.halve(apex, b, middle, level + 1)
+        self.add([a, b, apex]);
+        true
     }
 
-    /// The error of a point over what is allowed.
-    fn excess(&self, at: [u32; 2], level: u32) -> f64 {
-        let error = self.terrain.grid.error(at);
+    /// The error of a point over what is allowed; 0 where that is at most 1.
+    fn excess(&self, at: [u32; 2], [x, z]: [f64; 2], level: u32) -> f64 {
+        let error = self.terrain.grid.error(at) * self.px_per_unit;
         if error == 0.0 {
             return 0.0;
         }
-        let [x, z] = self.place(at);
-        let (dx, dz) = (x - self.eye.x, z - self.eye.z);
-        let across = ((dx * dx + dz * dz).sqrt() - self.radii[level as usize]).max(0.0);
-        let distance = (across * across + self.beyond * self.beyond).sqrt();
-        error * self.px_per_unit / distance
+        let across = ((x * x + z * z).sqrt() - self.radii[level as usize]).max(0.0);
+        let squared = across * across + self.beyond * self.beyond;
+        if error * error <= squared { 0.0 } else { error / squared.sqrt() }
     }
 
-    fn height(&self, at: [u32; 2]) -> f64 {
-        let side = f64::from(self.terrain.grid.side());
-        self.terrain.heights.height_at(at.map(|at| f64::from(at) / side))
+    /// Height of a point relative to the eye.
+    fn height(&self, [x, z]: [u32; 2]) -> f64 {
+        let share = 1.0 / f64::from(self.terrain.grid.side());
+        self.terrain.heights.height_at([f64::from(x) * share, f64::from(z) * share]) - self.eye.y
     }
 
-    fn place(&self, at: [u32; 2]) -> [f64; 2] {
-        let corner = self.terrain.heights.low_corner();
-        [0, 1].map(|axis| corner[axis] + f64::from(at[axis]) * self.square[axis])
+    fn from_eye(&self, [x, z]: [u32; 2]) -> [f64; 2] {
+        [self.low[0] + f64::from(x) * self.square[0], self.low[1] + f64::from(z) * self.square[1]]
     }
 
     /// Adds a triangle, and what continues it beyond the area.
     fn add(&mut self, corners: [Corner; 3]) {
-        let points = corners.map(|corner| self.point(corner, [0.0; 2]));
-        self.points.extend(points);
+        let points = [self.point(&corners[0]), self.point(&corners[1]), self.point(&corners[2])];
+        self.points.extend_from_slice(&points);
         let side = self.terrain.grid.side();
+        let is_at_edge = |corner: &Corner| corner.at.iter().any(|&at| at == 0 || at == side);
+        if corners.iter().filter(|corner| is_at_edge(corner)).count() < 2 {
+            return;
+        }
         for (i, &a) in corners.iter().enumerate() {
             let b = corners[(i + 1) % 3];
             for (axis, edge, out) in [(0, 0, -1.0), (0, side, 1.0), (1, 0, -1.0), (1, side, 1.0)] {
@@ -170,13 +182,13 @@ impl<'a> Halving<'a> {
     /// corner at its end.
     fn add_strip(&mut self, ends: [Corner; 2], out: [f64; 2]) {
         let side = self.terrain.grid.side();
-        self.add_quad(ends.map(|end| [self.point(end, [0.0; 2]), self.point(end, out)]));
+        self.add_quad(ends.map(|end| [self.point(&end), self.beyond(end, out)]));
         let along_x = out[0] != 0.0;
         for end in ends.into_iter().filter(|end| along_x && [0, side].contains(&end.at[1])) {
             let beside = [0.0, if end.at[1] == 0 { -1.0 } else { 1.0 }];
             let both = [out[0], beside[1]];
-            let near = [self.point(end, [0.0; 2]), self.point(end, out)];
-            self.add_quad([near, [self.point(end, beside), self.point(end, both)]]);
+            let near = [self.point(&end), self.beyond(end, out)];
+            self.add_quad([near, [self.beyond(end, beside), self.beyond(end, both)]]);
         }
     }
 
@@ -184,13 +196,22 @@ impl<'a> Halving<'a> {
         self.points.extend([a, b, d, a, d, c]);
     }
 
+    fn point(&self, corner: &Corner) -> GroundPoint {
+        let ([x, z], share) = (corner.from_eye, 1.0 / self.terrain.grid.side() as f32);
+        GroundPoint {
+            from_eye: [x as f32, corner.height as f32, z as f32],
+            uv: [corner.at[0] as f32 * share, corner.at[1] as f32 * share],
+        }
+    }
+
     /// The point `reach` away from a corner in direction `out`.
-    fn point(&self, corner: Corner, out: [f64; 2]) -> GroundPoint {
-        let place = self.place(corner.at);
-        let [x, z] = [0, 1].map(|axis| place[axis] + out[axis] * self.reach);
-        let low = self.terrain.heights.low_corner();
-        let uv = [0, 1].map(|axis| (([x, z][axis] - low[axis]) / self.terrain.heights.size()[axis]) as f32);
-        let from_eye: Vec3 = (DVec3::new(x, corner.height, z) - self.eye).as_vec3();
-        GroundPoint { from_eye: from_eye.to_array(), uv }
+    fn beyond(&self, corner: Corner, out: [f64; 2]) -> GroundPoint {
+        let (mut point, size) = (self.point(&corner), self.terrain.heights.size());
+        for axis in [0, 1] {
+            let by = out[axis] * self.reach;
+            point.from_eye[2 * axis] = (corner.from_eye[axis] + by) as f32;
+            point.uv[axis] += (by / size[axis]) as f32;
+        }
+        point
     }
 }
