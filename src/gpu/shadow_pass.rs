@@ -1,8 +1,8 @@
 //! Shadow pass: draws a shadow map of the sun before each picture.
 //!
 //! The map covers everything that the camera sees up to the effect's distance. Plants whose shadow
-//! can fall on what it sees there are drawn with a share of their leaves; all others are skipped. The map moves by
-//! whole texels, so that the shadows of static plants do not shimmer.
+//! can fall on what it sees there are drawn with a share of their leaves; all others are skipped.
+//! The map moves by whole texels, so that the shadows of static plants do not shimmer.
 //!
 //! Limits: one map, with no shadows beyond it; no shadow is finer than a texel.
 
