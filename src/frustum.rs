@@ -1,4 +1,4 @@
-//! The view frustum.
+//! The view frustum, for culling.
 
 use crate::Camera;
 use glam::{DVec3, DVec4};
@@ -9,7 +9,7 @@ use glam::{DVec3, DVec4};
 /// The near and far planes are left out: depth conventions differ, and the near plane culls next to
 /// nothing.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Frustum {
+pub struct Frustum {
     planes: [(DVec3, f64); PLANES],
 }
 
@@ -21,9 +21,9 @@ pub(crate) type Crossed = u8;
 pub(crate) const ALL_PLANES: Crossed = (1 << PLANES) - 1;
 
 impl Frustum {
-    /// The frustum of `camera` in coordinates relative to `anchor`. A non-finite plane culls
-    /// nothing.
-    pub(crate) fn new(camera: &Camera, anchor: DVec3) -> Self {
+    /// The frustum of `camera` in coordinates relative to `anchor`, in world units. A non-finite
+    /// plane culls nothing.
+    pub fn new(camera: &Camera, anchor: DVec3) -> Self {
         let matrix = camera.clip_from_world;
         let [x, y, w] = [matrix.row(0), matrix.row(1), matrix.row(3)];
         let planes = [w + x, w - x, w + y, w - y, w].map(|plane: DVec4| {
@@ -46,6 +46,12 @@ impl Frustum {
     #[cfg(feature = "scene")]
     pub(crate) fn meets_sphere(&self, crossed: Crossed, center: DVec3, radius: f64) -> bool {
         self.crossed(crossed, |normal| (normal.dot(center), radius)).is_some()
+    }
+
+    /// Whether a sphere, relative to the anchor, may lie at least partly in the picture: true for
+    /// all that do, and for some beside its corners.
+    pub fn may_see(&self, center: DVec3, radius: f64) -> bool {
+        self.crossed(ALL_PLANES, |normal| (normal.dot(center), radius)).is_some()
     }
 
     /// Whether a sphere that moves by `sweep` may come to lie at least partly inside: false if it

@@ -108,6 +108,7 @@ pub use camera::{Camera, Depth, LookAt};
 pub use draw::{Frame, Instance, Look};
 pub use error::{Error, Result};
 pub use extract::{Blend, LodPolicy, Swap};
+pub use frustum::Frustum;
 pub use glam;
 #[cfg(feature = "render")]
 pub use gpu::FoliageRenderer;

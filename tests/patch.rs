@@ -482,8 +482,11 @@ fn broken_fol_files_are_refused_with_the_line() {
         ("[Foliage_DX11]\n\nwidthInPlants = many\n", "line 3: widthInPlants is \"many\""),
         ("[Foliage_DX11]\n[plant 1]\nsizeMin = nan\n", "line 3: sizeMin is \"nan\""),
         ("[Foliage_DX11]\nwhat is this\n", "line 2 is \"what is this\""),
-        ("[Foliage_DX11]\n[plant 1]\nplantSpacingWidth = 0\n", "spacing is 0"),
-        ("[Foliage_DX11]\n[plant 1]\nsizeMin = 9\nsizeMax = 3\n", "height is"),
+        (
+            "[Foliage_DX11]\n[plant 1]\nplantSpacingWidth = 0\n",
+            "[plant 1] plantSpacingWidth or plantSpacingHeight is 0",
+        ),
+        ("[Foliage_DX11]\n[plant 1]\nsizeMin = 9\nsizeMax = 3\n", "[plant 1] sizeMin or sizeMax is"),
     ] {
         let error = FolFile::parse(text, Path::new("x.fol"), 1.0).unwrap_err().to_string();
         assert!(error.contains(told) && !error.contains('\n'), "{error}");

@@ -2,7 +2,7 @@
 #![cfg(feature = "render")]
 
 use foliage_lod::{
-    Camera, Depth, Grove, LookAt,
+    Camera, Depth, Frustum, Grove, LookAt,
     bounds::Sphere,
     extract::{Blend, CookLambda, LodPolicy, Sight, Sizes},
     scene::{Active, Kind, Placement},
@@ -170,6 +170,41 @@ fn from_inside_a_plant_at_least_half_of_it_is_drawn_however_it_is_scaled_and_tur
             assert!(largest > 1.0 && largest < 10.0, "{scale}, policy {plant}: {largest} leaves at once");
         }
     }
+}
+
+#[test]
+fn plants_that_stay_keep_their_counts_when_others_come_and_go() {
+    let placements: Vec<Placement> =
+        (0..9).map(|i| at(0, DVec3::new(0.0, 0.0, 20.0 * f64::from(i)), 1.0, 0.0)).collect();
+    let (mut grove, mut out) = (Grove::new(kinds(), &placements).unwrap(), Vec::new());
+    grove.set_dead_band(0.2);
+    let mut counts = |grove: &mut Grove, x: f64| {
+        grove.select_all(&camera(DVec3::new(x, 0.0, -9.0), DVec3::ZERO, 1.0, 1.0).camera(HEIGHT_PX), &mut out);
+        out.iter().map(|active| active.count).collect::<Vec<f32>>()
+    };
+    counts(&mut grove, 0.0);
+    let settled = counts(&mut grove, 3.0);
+    grove.replace(&placements[2..]).unwrap();
+    assert_eq!(counts(&mut grove, 3.0), settled[2..]);
+    let mut fresh = Grove::new(kinds(), &placements[2..]).unwrap();
+    fresh.set_dead_band(0.2);
+    assert_ne!(counts(&mut fresh, 3.0), settled[2..], "their dead band shows");
+}
+
+#[test]
+fn whatever_a_frustum_does_not_see_is_out_of_the_picture() {
+    let view = camera(DVec3::new(1e6, 2.0, 5.0), DVec3::new(1e6, 0.0, 0.0), 1.0, 1.5).camera(HEIGHT_PX);
+    let anchor = DVec3::new(1e6, 0.0, 0.0);
+    let frustum = Frustum::new(&view, anchor);
+    let mut seen = 0;
+    for i in 0..4000_u32 {
+        let unit = |salt: u32| f64::from((3 * i + salt).wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24) - 0.5;
+        let center = DVec3::new(40.0 * unit(0), 20.0 * unit(1), 40.0 * unit(2));
+        let may_see = frustum.may_see(center, 0.7);
+        seen += u32::from(may_see);
+        assert!(may_see || !is_seen(&view, anchor + center, 0.7), "{center}");
+    }
+    assert!((200..2000).contains(&seen), "{seen}");
 }
 
 #[test]

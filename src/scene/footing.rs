@@ -1,7 +1,10 @@
 //! How a model stands on the ground.
 
-use super::{patch::PatchPlant, scatter::Spot};
-use crate::model::FoliageModel;
+use super::{
+    patch::{MOST_GROWTH, PatchPlant},
+    scatter::Spot,
+};
+use crate::{bounds::Sphere, model::FoliageModel};
 use glam::{DAffine3, DQuat, DVec3};
 
 /// Foot and size of a model: the centre of the bottom face of its bounding box is put on the spot.
@@ -38,8 +41,35 @@ impl Footing {
         self.transform(DVec3::new(wide, scale, wide), plant.turn.into(), plant.at)
     }
 
+    /// Sphere around all that `reach` holds, in plant space, of a plant that grows from its foot as
+    /// those of patches do where they [thin out](super::patch::Seen).
+    pub fn grown(&self, reach: &Sphere) -> Sphere {
+        let radius = MOST_GROWTH * reach.radius + (MOST_GROWTH - 1.0) * reach.center().distance(self.foot);
+        Sphere { radius, ..*reach }
+    }
+
     fn transform(&self, scale: DVec3, turn: f64, at: DVec3) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(scale, DQuat::from_rotation_y(turn), at)
             * DAffine3::from_translation(-self.foot)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DAffine3;
+
+    #[test]
+    fn a_grown_plant_is_within_its_sphere() {
+        let footing = Footing { foot: DVec3::new(1.0, -2.0, 0.5), height: 6.0, scale: 1.0 };
+        let reach = Sphere { center: [1.5, 1.0, 0.0], radius: 3.0 };
+        let grown = footing.grown(&reach);
+        for growth in [0.0, 0.5, 1.0, 1.7, MOST_GROWTH] {
+            let sized = DAffine3::from_translation(footing.foot)
+                * DAffine3::from_scale(DVec3::splat(growth))
+                * DAffine3::from_translation(-footing.foot);
+            let Sphere { center, radius } = reach.transformed(&sized);
+            assert!(grown.center().distance(center.into()) + radius <= grown.radius + 1e-9, "{growth}");
+        }
     }
 }

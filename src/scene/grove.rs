@@ -20,7 +20,7 @@ use obvhs::{
     aabb::Aabb,
     bvh2::{Bvh2, builder::build_bvh2},
 };
-use std::time::Duration;
+use std::{collections::HashMap, time::Duration};
 
 /// Properties shared by all plants of one model.
 pub struct Kind {
@@ -85,6 +85,7 @@ pub struct Grove {
     stack: Vec<(u32, Crossed)>,
     /// One bit per plant, set while it is in view; all 0 between calls.
     in_view: Vec<u64>,
+    dead_band: f32,
 }
 
 struct Plant {
@@ -107,25 +108,34 @@ impl Grove {
     /// [`Error::InvalidOption`] naming the first placement whose kind does not exist or whose
     /// transform is not finite.
     pub fn new(kinds: Vec<Kind>, placements: &[Placement]) -> Result<Self> {
-        let planted = Self::planted(&kinds, placements)?;
-        Ok(Self { kinds, ..planted })
+        let dead_band = Hysteresis::default().dead_band;
+        let planted = Self::planted(&kinds, placements, |_| Hysteresis::new(dead_band))?;
+        Ok(Self { kinds, dead_band, ..planted })
     }
 
-    /// Replaces all plants; kinds stay. O(n log n).
+    /// Replaces all plants; kinds stay, and so do the counts of plants of one kind at one place, so
+    /// that their level of detail does not jump. O(n log n).
     ///
     /// # Errors
     /// Those of [`new`](Self::new); the grove is then as it was.
     pub fn replace(&mut self, placements: &[Placement]) -> Result<()> {
-        let planted = Self::planted(&self.kinds, placements)?;
-        *self = Self { kinds: std::mem::take(&mut self.kinds), ..planted };
+        let key = |kind: u32, at: DVec3| (kind, at.to_array().map(f64::to_bits));
+        let settled = self.plants.iter().map(|plant| (key(plant.kind, plant.center), plant.hysteresis));
+        let settled: HashMap<_, _> = settled.collect();
+        let dead_band = self.dead_band;
+        let of = |plant: &Plant| settled.get(&key(plant.kind, plant.center)).copied();
+        let planted = Self::planted(&self.kinds, placements, |plant| of(plant).unwrap_or(Hysteresis::new(dead_band)))?;
+        *self = Self { kinds: std::mem::take(&mut self.kinds), dead_band, ..planted };
         Ok(())
     }
 
-    /// A grove of `placements` without its kinds.
-    fn planted(kinds: &[Kind], placements: &[Placement]) -> Result<Self> {
+    /// A grove of `placements` without its kinds, each plant with a hysteresis.
+    fn planted(kinds: &[Kind], placements: &[Placement], settled: impl Fn(&Plant) -> Hysteresis) -> Result<Self> {
         let (mut plants, mut reaches) = (Vec::with_capacity(placements.len()), Vec::with_capacity(placements.len()));
         for (instance, placement) in placements.iter().enumerate() {
-            let (plant, reach) = plant(kinds, placement).ok_or_else(|| invalid(instance, placement, kinds.len()))?;
+            let (mut plant, reach) =
+                plant(kinds, placement).ok_or_else(|| invalid(instance, placement, kinds.len()))?;
+            plant.hysteresis = settled(&plant);
             plants.push(plant);
             reaches.push(reach);
         }
@@ -136,7 +146,7 @@ impl Grove {
         let boxes: Vec<Aabb> = reaches.iter().map(box_around).collect();
         let bvh = build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut Duration::default());
         let in_view = vec![0; plants.len().div_ceil(64)];
-        Ok(Self { kinds: Vec::new(), plants, reaches, anchor, bvh, stack: Vec::new(), in_view })
+        Ok(Self { kinds: Vec::new(), plants, reaches, anchor, bvh, stack: Vec::new(), in_view, dead_band: 0.0 })
     }
 
     /// Number of plants.
@@ -151,6 +161,7 @@ impl Grove {
 
     /// Sets the dead band of every plant (see [`Hysteresis`]) and resets their counts.
     pub fn set_dead_band(&mut self, dead_band: f32) {
+        self.dead_band = dead_band;
         self.plants.iter_mut().for_each(|plant| plant.hysteresis = Hysteresis::new(dead_band));
     }
 

@@ -117,12 +117,32 @@ impl FolFile {
         let area = [0, 1].map(|axis| patches[axis] * plants_wide[axis] * first[axis]);
         let cells = plants_wide[0].clamp(1.0, 1024.0) as u32;
         let entry = PatchEntry { area: Some(area), cells, ..PatchEntry::new(kinds) };
-        entry.check(str::to_owned).map_err(|error| {
+        entry.check(key_of).map_err(|error| {
             let Error::InvalidOption { field, value, allowed } = error else { return error };
             Error::unreadable(origin, format!("{field} is {value}"), format!("it must be {allowed}"))
         })?;
         Ok(Self { entry, ground, plants, warnings })
     }
+}
+
+/// The file's own key of a patch's parameter.
+fn key_of(name: &str) -> String {
+    let (of, name) = match name.strip_prefix("kinds.").and_then(|rest| rest.split_once('.')) {
+        Some((number, name)) => (format!("[plant {}] ", number.parse().unwrap_or(0) + 1), name),
+        None => (String::new(), name),
+    };
+    let key = match name {
+        "spacing" => "plantSpacingWidth or plantSpacingHeight",
+        "jitter" => "positionRandomScale",
+        "height" => "sizeMin or sizeMax",
+        "ratio" => "widthRatioMin or widthRatioMax",
+        "reach" => "FarFadeEnd",
+        "area" => "widthInPatches or heightInPatches times the plants' width",
+        "cells" => "widthInPlants",
+        "kinds" => "the number of plants",
+        other => other,
+    };
+    of + key
 }
 
 /// Reads values of one file.

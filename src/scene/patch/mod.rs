@@ -31,5 +31,5 @@ pub use field::{Patch, PatchPlant, Scratch, TileKey};
 pub use fol::{FOOT, FolFile, FolGround, FolPlant};
 pub use kind::{Placing, PlantKind, REACH, Spacing};
 pub use order::{CellOrder, Sweep};
-pub use thin::Seen;
+pub use thin::{MOST_GROWTH, Seen};
 pub use tiles::{MOST_TILES, Tile, TileCounts, TileOptions, Tiles};

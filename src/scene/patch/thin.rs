@@ -6,8 +6,8 @@
 
 use super::kind::PlantKind;
 
-/// Greatest growth, with which a fourth of the plants cover what all did.
-const MOST_GROWTH: f64 = 2.0;
+/// Greatest growth of plants that thin out, with which a fourth of the plants cover what all did.
+pub const MOST_GROWTH: f64 = 2.0;
 /// Part of the plants that are gone when the others have the ground's colour.
 const FADES_OVER: f64 = 0.75;
 /// Part of the distance over which plants become fewer over which one of them sinks.

@@ -2,6 +2,7 @@
 
 use foliage_lod::{
     Result,
+    bounds::Sphere,
     scene::{
         Footing, MAX_PLANTS, Planted, SceneFile,
         patch::{HeightMap, PatchEntry, PatchPlant, Seen, Tile, TileCounts, TileOptions, Tiles},
@@ -38,11 +39,10 @@ pub struct Thinning {
 
 impl Patches {
     /// Reads the maps of a scene's patches, relative to `folder`, whose plants stand on `ground`.
-    /// `footings` are those of its models.
     ///
     /// # Errors
     /// Those of maps that cannot be read.
-    pub fn open(scene: &SceneFile, folder: &Path, footings: Vec<Footing>, ground: &HeightMap) -> Result<Self> {
+    pub fn open(scene: &SceneFile, folder: &Path, ground: &HeightMap) -> Result<Self> {
         let tiles = |entry: &PatchEntry| {
             let own = TileOptions::default();
             let most_tiles = (MOST_CELLS / (entry.cells * entry.cells)).clamp(1, own.most_tiles);
@@ -51,15 +51,35 @@ impl Patches {
         };
         let patches = scene.patch.iter().map(tiles).collect::<Result<_>>()?;
         let model = |entry: &PatchEntry| entry.kinds.iter().map(|kind| scene.model_number(&kind.model)).collect();
-        Ok(Self { patches, models: scene.patch.iter().map(model).collect(), footings })
+        Ok(Self { patches, models: scene.patch.iter().map(model).collect(), footings: Vec::new() })
     }
 
-    /// Transform and tint of a plant as it is shown to an eye; `None` if it is not.
-    pub fn shown(&self, plant: &Thinning, world_from_plant: DAffine3, eye: DVec3) -> Option<(DAffine3, Vec3)> {
+    /// Sets the footings of the scene's models, before anything is planted.
+    pub fn stand_on(&mut self, footings: Vec<Footing>) {
+        self.footings = footings;
+    }
+
+    /// Sphere for culling plants of a model, which `reach` holds at their own size.
+    pub fn culled_by(&self, model: usize, reach: Sphere) -> Sphere {
+        let mut kinds =
+            self.patches.iter().zip(&self.models).flat_map(|(tiles, models)| models.iter().zip(tiles.patch().kinds()));
+        let grows = kinds.any(|(&of, kind)| of == model && kind.thins_over > 0.0);
+        if grows { self.footings[model].grown(&reach) } else { reach }
+    }
+
+    /// Transform and tint of a plant as it is shown to an eye; `None` if it is not. `is_in_view`
+    /// tells whether one of its own size is.
+    pub fn shown(
+        &self,
+        plant: &Thinning,
+        world_from_plant: DAffine3,
+        eye: DVec3,
+        is_in_view: impl FnOnce() -> bool,
+    ) -> Option<(DAffine3, Vec3)> {
         let kind = &self.patches[plant.patch as usize].patch().kinds()[usize::from(plant.kind)];
         let Seen { width, height, fade } = kind.seen(plant.rank, plant.foot.distance(eye))?;
         if [width, height] == [1.0, 1.0] {
-            return Some((world_from_plant, plant.tint));
+            return is_in_view().then_some((world_from_plant, plant.tint));
         }
         let sized = DAffine3::from_scale(DVec3::new(width, height, width));
         let [to_foot, from_foot] = [plant.foot, -plant.foot].map(DAffine3::from_translation);

@@ -11,7 +11,7 @@ use crate::{
     staging::{Shown, Staging},
 };
 use foliage_lod::{
-    Camera, Error, FoliageModel, Grove, Look, LookAt, Result,
+    Camera, Error, FoliageModel, Frustum, Grove, Look, LookAt, Result,
     bounds::Sphere,
     draw::{Ground, Lighting},
     effects::Effects,
@@ -53,6 +53,8 @@ pub struct Opened {
     /// For each plant of a patch, until where it is shown.
     thinning: Vec<Thinning>,
     grove: Grove,
+    /// Of each model, what culls its plants at their own size.
+    reaches: Vec<Sphere>,
     /// Mean lit colour of each model's leaves, if plants have tints.
     means: Vec<Vec3>,
     /// Whether it was told that plants of patches are left out.
@@ -62,6 +64,22 @@ pub struct Opened {
     /// Distance of the near plane.
     near: f64,
     active: Vec<Active>,
+}
+
+/// What lies under a scene's plants, read before its models are grown.
+struct Landscape {
+    heights: HeightMap,
+    terrain: Option<Arc<Terrain>>,
+    patches: Patches,
+}
+
+impl Landscape {
+    fn read(file: &SceneFile, folder: &Path) -> Result<Self> {
+        let ground = file.ground.clone().unwrap_or_default();
+        let heights = ground.read_heights(folder)?;
+        let terrain = ground.terrain(&heights, folder)?.map(Arc::new);
+        Ok(Self { patches: Patches::open(file, folder, &heights)?, terrain, heights })
+    }
 }
 
 /// Whether the path has the extension of a scene or species file.
@@ -104,6 +122,7 @@ impl Opened {
         for path in data_files(&scene, folder) {
             std::fs::metadata(&path).map_err(|error| Error::io(&path, error))?;
         }
+        let landscape = Landscape::read(&scene, folder)?;
         let mut models = Vec::new();
         for source in &scene.models {
             let model = load(source, folder)?;
@@ -111,20 +130,19 @@ impl Opened {
             steps.done("model", format!("{}: {leaves} leaves, {wood} wood triangles", source.name))?;
             models.push(model);
         }
-        let mut opened = Self::new(scene, models, folder)?;
+        let mut opened = Self::new(scene, models, landscape)?;
         let eye = opened.camera(0.0, 1.0).eye;
         opened.follow(eye, true)?;
         steps.done("scene", format!("{}: {} plants", path.display(), HumanCount(opened.planted.len() as u64)))?;
         Ok(opened)
     }
 
-    fn new(file: SceneFile, models: Vec<FoliageModel>, folder: &Path) -> Result<Self> {
-        let ground = file.ground.clone().unwrap_or_default();
-        let heights = ground.read_heights(folder)?;
-        let terrain = ground.terrain(&heights, folder)?.map(Arc::new);
-        let planted = file.planted(&models, ground.heights.as_ref().map(|_| &heights))?;
+    fn new(file: SceneFile, models: Vec<FoliageModel>, landscape: Landscape) -> Result<Self> {
+        let Landscape { heights, terrain, mut patches } = landscape;
+        let has_heights = file.ground.as_ref().is_some_and(|ground| ground.heights.is_some());
+        let planted = file.planted(&models, has_heights.then_some(&heights))?;
         let footings = models.iter().zip(&file.models).map(|(model, source)| Footing::new(model, source.height));
-        let patches = Patches::open(&file, folder, footings.collect(), &heights)?;
+        patches.stand_on(footings.collect());
         let kinds: Vec<Kind> = models
             .iter()
             .map(|model| {
@@ -140,7 +158,12 @@ impl Opened {
             planted.iter().map(|plant| kinds[plant.model].sphere.transformed(&plant.world_from_plant)).collect();
         let least = file.patch.iter().flat_map(|patch| &patch.kinds).map(|kind| f64::from(kind.height[0]));
         let smallest = spheres.iter().map(|sphere| sphere.radius).chain(least).fold(f64::INFINITY, f64::min);
-        let grove = Grove::new(kinds, &[])?;
+        let reaches: Vec<Sphere> = kinds.iter().map(|kind| kind.reach).collect();
+        let culled = |(model, kind): (usize, Kind)| Kind { reach: patches.culled_by(model, kind.reach), ..kind };
+        let mut grove = Grove::new(kinds.into_iter().enumerate().map(culled).collect(), &[])?;
+        if let Some(dead_band) = file.lod.dead_band {
+            grove.set_dead_band(dead_band);
+        }
         let corners = spheres.iter().flat_map(|sphere| {
             let (center, radius) = (sphere.center().as_vec3(), sphere.radius as f32);
             [center - radius, center + radius].map(|corner| corner.to_array())
@@ -158,6 +181,7 @@ impl Opened {
             terrain,
             thinning,
             grove,
+            reaches,
             means: Vec::new(),
             has_told,
             around,
@@ -178,11 +202,7 @@ impl Opened {
         let placement =
             |plant: &Planted| Placement { kind: plant.model as u32, world_from_plant: plant.world_from_plant };
         let placements: Vec<Placement> = self.planted.iter().map(placement).collect();
-        self.grove.replace(&placements)?;
-        if let Some(dead_band) = self.file.lod.dead_band {
-            self.grove.set_dead_band(dead_band);
-        }
-        Ok(())
+        self.grove.replace(&placements)
     }
 
     /// Makes plants of patches around an eye: all within their reach if `all`, else some.
@@ -286,7 +306,7 @@ impl Opened {
     /// Selects the plants in view, with all leaves if `full`, otherwise at their level of detail.
     pub fn shown(&mut self, camera: &Camera, full: bool) -> Vec<Shown> {
         self.grove.select(camera, &mut self.active);
-        self.selected(full, camera.eye)
+        self.selected(full, camera.eye, Some(&Frustum::new(camera, DVec3::ZERO)))
     }
 
     /// Selects the plants that may cast shadows: every plant of the scene, in view or not, with its
@@ -296,16 +316,21 @@ impl Opened {
             return Vec::new();
         }
         self.grove.select_all(camera, &mut self.active);
-        self.selected(full, camera.eye)
+        self.selected(full, camera.eye, None)
     }
 
-    fn selected(&self, full: bool, eye: DVec3) -> Vec<Shown> {
+    /// What is shown of the selected plants to an eye; with `seen_in`, of those that it may see.
+    fn selected(&self, full: bool, eye: DVec3, seen_in: Option<&Frustum>) -> Vec<Shown> {
         let shown = |active: &Active| {
             let Planted { model, mut world_from_plant } = self.planted[active.instance as usize];
             let (mut seed, mut tint) = (active.instance, Vec3::ONE);
             if let Some(plant) = (seed as usize).checked_sub(self.fixed).map(|number| &self.thinning[number]) {
                 seed = plant.seed;
-                (world_from_plant, tint) = self.patches.shown(plant, world_from_plant, eye)?;
+                let is_in_view = || {
+                    let Sphere { center, radius } = self.reaches[model].transformed(&world_from_plant);
+                    seen_in.is_none_or(|frustum| frustum.may_see(center.into(), radius))
+                };
+                (world_from_plant, tint) = self.patches.shown(plant, world_from_plant, eye, is_in_view)?;
             }
             let leaves = self.models[model].leaves.len() as f32;
             let (active, far) = if full { (leaves, None) } else { (active.count, Some(active.far)) };
