@@ -111,7 +111,7 @@ impl<'a> Halving<'a> {
     fn halve_all(&mut self) -> bool {
         self.points.clear();
         let side = self.terrain.grid.side();
-        let corner = |at: [u32; 2]| Corner { at, from_eye: self.from_eye(at), height: self.height(at) };
+        let corner = |at: [u32; 2]| Corner { at, from_eye: self.place(at), height: self.height(at) };
         let [low, right, high, left] = [[0, 0], [side, 0], [side, side], [0, side]].map(corner);
         self.halve(low, high, right, 0) && self.halve(high, low, left, 0)
     }
@@ -124,7 +124,7 @@ impl<'a> Halving<'a> {
         }
         if level < 2 * self.terrain.grid.depth() {
             let at = [a.at[0].midpoint(b.at[0]), a.at[1].midpoint(b.at[1])];
-            let from_eye = self.from_eye(at);
+            let from_eye = self.place(at);
             let excess = self.excess(at, from_eye, level);
             if excess > 1.0 {
                 let straight = 0.5 * (a.height + b.height);
@@ -154,7 +154,8 @@ impl<'a> Halving<'a> {
         self.terrain.heights.height_at([f64::from(x) * share, f64::from(z) * share]) - self.eye.y
     }
 
-    fn from_eye(&self, [x, z]: [u32; 2]) -> [f64; 2] {
+    /// Horizontal position of a point relative to the eye.
+    fn place(&self, [x, z]: [u32; 2]) -> [f64; 2] {
         [self.low[0] + f64::from(x) * self.square[0], self.low[1] + f64::from(z) * self.square[1]]
     }
 
