@@ -7,6 +7,7 @@ mod common;
 use common::gpu::{difference, gpu};
 use foliage_lod::{
     Camera, FoliageModel, FoliageRenderer, Instance, Look, LookAt,
+    draw::Ground,
     gpu::{Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
     scene::{
@@ -202,4 +203,45 @@ fn tints_are_factors_of_lit_colours_on_both_processors() {
     });
     assert!(mean < 1.5, "{mean}");
     assert!(foliage.diagnostics().effect_buffers.contains(&"tints"));
+}
+
+#[test]
+fn plants_stand_in_the_haze_of_the_ground_on_both_processors() {
+    let size = [240, 120];
+    let ground = Some(Ground { color: [0.1, 0.15, 0.05], height: 0.0, haze: 20.0 * GRASS.sphere().radius });
+    let radius = GRASS.sphere().radius;
+    let [near, far] = [5.0, 80.0].map(|radii| DVec3::new(0.0, 0.0, -radii * radius));
+    // Both are as large in the picture.
+    let place = |at: DVec3| DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::splat(-at.z / near.z.abs()));
+    let eye = DVec3::new(0.0, 0.5 * radius, 0.0);
+    let look_at = LookAt { eye, target: near, up: DVec3::Y, fov_y_radians: 0.5, aspect: 2.0, near: 0.01 * radius };
+    let camera = look_at.camera(size[1]);
+    let picture = |haze: f64, at: DVec3| {
+        let look = Look { ground: ground.map(|ground| Ground { haze, ..ground }), ..Look::default() };
+        let mut foliage = SoftwareRenderer::new(look).unwrap();
+        let id = foliage.add_model(&GRASS).unwrap();
+        let plant = Instance::new(id, place(at), GRASS.leaves.len() as f32);
+        let on_cpu = foliage.draw(camera, &[plant], size).unwrap().image;
+        let cutout = foliage.cutout(camera, &[plant], size).unwrap().image;
+        if let Some(gpu) = gpu() {
+            let mut foliage = FoliageRenderer::new(gpu.device(), TARGET, look).unwrap();
+            let id = foliage.add_model(gpu.device(), gpu.queue(), &GRASS).unwrap();
+            foliage.prepare(gpu.device(), gpu.queue(), camera, &[Instance { model: id, ..plant }]).unwrap();
+            let on_gpu = Offscreen::new(&gpu, size).unwrap().picture(&foliage).unwrap();
+            let (mean, _) = difference(&on_gpu, &on_cpu);
+            assert!(mean < 1.5, "{haze} {at}: {mean}");
+        }
+        let mean = pixels(&cutout, false)
+            .iter()
+            .fold([0.0; 4], |sum: [f32; 4], pixel| [0, 1, 2, 3].map(|i| sum[i] + pixel[i]));
+        [0, 1, 2].map(|i| mean[i] / mean[3])
+    };
+    let haze = 20.0 * radius;
+    let clear = picture(1e9, near);
+    // What is added is the same light, the sky's at the horizon.
+    let added = [near, far].map(|at| {
+        let (kept, hazy) = ((-at.length() / haze).exp() as f32, picture(haze, at));
+        [0, 1, 2].map(|i| (hazy[i] - clear[i] * kept) / (1.0 - kept))
+    });
+    assert!((0..3).all(|i| (added[0][i] - added[1][i]).abs() < 0.06 && added[1][i] > 0.6), "{added:?}");
 }

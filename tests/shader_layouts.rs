@@ -5,7 +5,7 @@
 use foliage_lod::{
     Look,
     draw::{
-        Variant,
+        Tint, Variant,
         records::{
             CrownRecord, Event, FrameRecord, GroundRecord, ImpostorRecord, InstanceRecord, LandscapeRecord, LookRecord,
             MaterialRecord, MotionRays, PackedCorner, PackedLeaf, PackingRecord, SlidingWood, StemRecord, Tone,
@@ -106,6 +106,8 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     let all = Variant { wind: true, contrast: true, tone: false, tiles: true, alpha: true, handover: true };
     let module = parsed(&shaders::leaf_pass(&look, all));
     assert_layout!(&module, Tone, "Tone", [mean, kept]);
+    let tinted = Look { tints: true, ..look };
+    assert_layout!(&parsed(&shaders::leaf_pass(&tinted, all)), Tint, "Tint", [factor, added]);
     assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, phases, flutter]);
     assert_layout!(&module, PackedCorner, "LeafCorner", [offset_xy, offset_z_normal, uv]);
     assert_layout!(&module, PackedLeaf, "LeafRecord", [pivot_xy, pivot_z_seed, first_event, color_look]);

@@ -16,7 +16,7 @@ use glam::{DAffine3, DMat4, DVec2, DVec3, Mat4, Vec2, Vec3};
 #[derive(Debug, Clone)]
 pub struct Eye {
     /// Position of the eye, from which the leaves are lit and impostors are seen.
-    at: DVec3,
+    pub(super) at: DVec3,
     camera: Camera,
     /// Half of the picture's width and height.
     half_size_px: Vec2,

@@ -10,6 +10,7 @@ use super::{
     look::{Look, Variant},
     records::{FrameRecord, InstanceRecord, RUN_QUADS, Run, Tone, runs},
     sprite::{DEEP_FROM_PX, LEAST_PX},
+    tint::{Tint, Tints},
 };
 use crate::effects::{
     Counts,
@@ -149,8 +150,8 @@ pub struct FrameList {
     pub impostors: Vec<ImpostorDraw>,
     /// Parallel to `records`; empty if the effect `contrast` is off.
     pub tones: Vec<Tone>,
-    /// Parallel to `records`; empty if the look has no tints.
-    pub tints: Vec<[f32; 3]>,
+    /// Parallel to `records`; empty if the look has neither tints nor a ground with its haze.
+    pub tints: Vec<Tint>,
     /// Parallel to `records`; empty if the effect `wind` is off.
     pub sways: Vec<Sway>,
     /// What all plants share.
@@ -199,6 +200,7 @@ impl FrameList {
     pub fn fill(&mut self, look: &Look, models: &Facts, eye: &Eye, instances: &[Instance]) -> Prepared {
         self.clear();
         let moments = look.effects.wind.map(|wind| [eye.seconds, eye.seconds_before()].map(|seconds| wind.at(seconds)));
+        let tints = look.has_tints().then(|| Tints::new(look, eye.at));
         let mut prepared = Prepared { effects: Counts::of(&look.effects), ..Prepared::default() };
         self.list(look, models, eye, instances);
         sort(&mut self.order, &mut self.spare);
@@ -206,7 +208,7 @@ impl FrameList {
         while let Some(&first) = self.order.get(at) {
             let is_alike = |next: &&Listed| next.key >> CUT_BITS == first.key >> CUT_BITS;
             let end = at + self.order[at..].iter().take_while(is_alike).count();
-            self.batch(look, models, eye, moments.as_ref(), instances, at..end, &mut prepared);
+            self.batch(look, models, eye, (moments.as_ref(), tints.as_ref()), instances, at..end, &mut prepared);
             at = end;
         }
         prepared.far.impostors -= self.faded;
@@ -288,7 +290,7 @@ impl FrameList {
         look: &Look,
         models: &Facts,
         eye: &Eye,
-        moments: Option<&[Moment; 2]>,
+        (moments, tints): (Option<&[Moment; 2]>, Option<&Tints>),
         instances: &[Instance],
         range: Range<usize>,
         prepared: &mut Prepared,
@@ -324,8 +326,8 @@ impl FrameList {
                 let kept = effect.kept(instance.active, model.leaves as usize);
                 self.tones.push(Tone { mean: model.mean, kept });
             }
-            if look.tints {
-                self.tints.push(instance.tint);
+            if let Some(tints) = tints {
+                self.tints.push(tints.of(instance, instance.world_from_plant.transform_point3(model.center)));
             }
             if let Some([now, _]) = moments {
                 self.sways.push(now.sway(&model.shape, &instance.world_from_plant));

@@ -7,8 +7,8 @@
 //! Limits: this ground is level and lies behind all plants; an eye below it sees none. Ground with
 //! heights is a [`Terrain`](crate::terrain::Terrain), which renderers draw over it.
 
-use super::light::Lighting;
-use crate::{Camera, Error, Result, effects::sky::Daylight};
+use super::light::{FLOOR, HORIZON, Lighting, ZENITH};
+use crate::{Camera, Error, Result, crown::smoothstep, effects::sky::Daylight};
 use glam::Vec3;
 
 /// Ends of the plain sky's gradient, as sines of angles from the horizon: the first, above it, has
@@ -32,8 +32,8 @@ pub struct Ground {
     pub color: [f32; 3],
     /// Height in world space; ground with heights has its own.
     pub height: f64,
-    /// Distance, in world units, at which haze leaves 1/e (about a third) of the ground's own
-    /// light; above 0.
+    /// Distance, in world units, at which haze leaves 1/e (about a third) of the light of the
+    /// ground and of plants; above 0.
     pub haze: f64,
 }
 
@@ -46,6 +46,17 @@ pub struct Landscape {
     pub ground: Option<Ground>,
     /// Light of the sun and the sky, which lights the ground.
     pub lighting: Lighting,
+}
+
+impl Landscape {
+    /// Linear colour of the sky in the unit direction `ray`.
+    pub(crate) fn sky(&self, ray: Vec3) -> Vec3 {
+        match self.daylight {
+            Some(daylight) => daylight.shown(ray),
+            None if ray.y < 0.0 => HORIZON.lerp(FLOOR, smoothstep(0.0, FLOOR_FROM, -ray.y)),
+            None => HORIZON.lerp(ZENITH, smoothstep(0.0, ZENITH_FROM, ray.y)),
+        }
+    }
 }
 
 /// Rays of a camera: the ray of a pixel is `forward + right * x + up * y`, with x and y from -1 to

@@ -88,16 +88,15 @@ impl Look {
         }
     }
 
-    /// Factor of the lit colour of a plant.
-    #[cfg(feature = "software")]
-    pub(crate) fn tint_of(&self, plant: &super::Instance) -> glam::Vec3 {
-        if self.tints { plant.tint.into() } else { glam::Vec3::ONE }
-    }
-
     /// Whether the mean shaded colour of a model's leaves is needed.
     #[cfg(feature = "software")]
     pub(crate) fn tones(&self, growth: &crate::model::Growth) -> bool {
         self.effects.contrast.is_some() || self.tone && growth.tone > 0.0
+    }
+
+    /// Whether plants have tints of their own or stand in the ground's haze.
+    pub(crate) fn has_tints(&self) -> bool {
+        self.tints || self.ground.is_some()
     }
 
     /// Whether leaves fade by alpha.

@@ -491,6 +491,6 @@ pub mod bindings {
     pub const SHADOW_MAP: u32 = 2;
     /// Comparison sampler of the shadow map.
     pub const SHADOW_SAMPLER: u32 = 3;
-    /// Storage: colour factor of each instance, three numbers.
+    /// Storage: [`Tint`](super::super::Tint) of each instance.
     pub const TINTS: u32 = 4;
 }

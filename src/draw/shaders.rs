@@ -213,7 +213,7 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
         .with_part(part(variant.handover, include_str!("../../shaders/handover.wgsl"), NO_HANDOVER))
         .with_part(tone(variant))
-        .with_part(part(look.tints, include_str!("../../shaders/tint.wgsl"), NO_TINT))
+        .with_part(part(look.has_tints(), include_str!("../../shaders/tint.wgsl"), NO_TINT))
         .with_part(part(variant.tiles, include_str!("../../shaders/tiles.wgsl"), NO_TILES))
         .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))
         .with_part(part(has_shadow, include_str!("../../shaders/shadow.wgsl"), ""))

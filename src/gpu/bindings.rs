@@ -35,7 +35,7 @@ pub(super) fn layouts(device: &wgpu::Device, look: &Look) -> Vec<wgpu::BindGroup
     if effects.wind.is_some() {
         of_effects.push((SWAYS, vertex | fragment, storage));
     }
-    if look.tints {
+    if look.has_tints() {
         of_effects.push((TINTS, fragment, storage));
     }
     let mut layouts = vec![layout(device, "foliage model", &model), layout(device, "foliage frame", &frame)];
@@ -150,7 +150,8 @@ pub(super) fn bound<'a>(
     look: &Look,
     variant: Variant,
 ) -> Vec<Option<&'a wgpu::BindGroupLayout>> {
-    let count = if variant.has_bindings() || look.tints || look.effects.shadow.is_some() { layouts.len() } else { 2 };
+    let count =
+        if variant.has_bindings() || look.has_tints() || look.effects.shadow.is_some() { layouts.len() } else { 2 };
     layouts[..count].iter().map(Some).collect()
 }
 

@@ -13,6 +13,7 @@ use crate::{
             Tone,
             bindings::{SWAYS, TINTS, TONES},
         },
+        tint::Tint,
     },
     effects::wind::Sway,
 };
@@ -42,7 +43,7 @@ impl EffectBuffers {
         use wgpu::BufferUsages as Usage;
         let storage = Usage::STORAGE | Usage::COPY_DST;
         let effects = &look.effects;
-        let tints = look.tints.then(|| buffer(device, "foliage tints", storage, size_of::<[f32; 3]>() as u64));
+        let tints = look.has_tints().then(|| buffer(device, "foliage tints", storage, size_of::<Tint>() as u64));
         let tones = effects.contrast.map(|_| buffer(device, "foliage tones", storage, size_of::<Tone>() as u64));
         let sways = effects.wind.map(|_| buffer(device, "foliage sways", storage, size_of::<Sway>() as u64));
         let shadow = map.map(|map| Shadow {

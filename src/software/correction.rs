@@ -16,6 +16,7 @@ use crate::{
         light::{Lighting, TOWARDS_SUN, luminance},
         mips::srgb_from_linear,
         pages::Pages,
+        tint::Tint,
     },
     srgb::linear_bytes,
 };
@@ -132,7 +133,7 @@ impl Compared<'_> {
             world_from_plant: DAffine3::IDENTITY,
             sway: None,
             share: 1.0,
-            tint: Vec3::ONE,
+            tint: Tint::NONE,
             seed: 0,
         };
         let draw = |camera: &Camera| {

@@ -1,12 +1,6 @@
 //! Colour of the sky and the ground along a ray: twin of `landscape_pass.wgsl`, without shadows.
 
-use crate::{
-    crown::smoothstep,
-    draw::{
-        landscape::{FLOOR_FROM, Landscape, Rays, ZENITH_FROM},
-        light::{FLOOR, HORIZON, ZENITH},
-    },
-};
+use crate::draw::landscape::{Landscape, Rays};
 use glam::Vec3;
 
 /// Ray through the picture at (x, y): x to the right and y up, each from -1 to 1.
@@ -18,10 +12,10 @@ pub(super) fn ray_through(rays: &Rays, x: f32, y: f32) -> Vec3 {
 pub(super) fn color(landscape: &Landscape, eye_height: f64, ray: Vec3) -> Vec3 {
     let ray = ray.normalize_or(Vec3::Y);
     let Some((ground, over)) = landscape.ground.map(|ground| (ground, (eye_height - ground.height) as f32)) else {
-        return sky(landscape, ray);
+        return landscape.sky(ray);
     };
     if ray.y >= 0.0 || over <= 0.0 {
-        return sky(landscape, ray);
+        return landscape.sky(ray);
     }
     ground_shown(landscape, ground.color.into(), Vec3::Y, ray * (over / -ray.y))
 }
@@ -29,15 +23,7 @@ pub(super) fn color(landscape: &Landscape, eye_height: f64, ray: Vec3) -> Vec3 {
 /// Light that reaches the eye from ground of some colour, linear.
 pub(super) fn ground_shown(landscape: &Landscape, albedo: Vec3, normal: Vec3, from_eye: Vec3) -> Vec3 {
     let haze = landscape.ground.map_or(0.0, |ground| 1.0 - (-from_eye.length() / ground.haze as f32).exp());
-    landscape.lighting.on_ground(albedo, normal).lerp(sky(landscape, Vec3::new(from_eye.x, 0.0, from_eye.z)), haze)
-}
-
-fn sky(landscape: &Landscape, ray: Vec3) -> Vec3 {
-    match landscape.daylight {
-        Some(daylight) => daylight.shown(ray),
-        None if ray.y < 0.0 => HORIZON.lerp(FLOOR, smoothstep(0.0, FLOOR_FROM, -ray.y)),
-        None => HORIZON.lerp(ZENITH, smoothstep(0.0, ZENITH_FROM, ray.y)),
-    }
+    landscape.lighting.on_ground(albedo, normal).lerp(landscape.sky(Vec3::new(from_eye.x, 0.0, from_eye.z)), haze)
 }
 
 #[cfg(test)]

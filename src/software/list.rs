@@ -4,7 +4,7 @@ use super::{light::Light, samples::SAMPLES, toning::Toning};
 use crate::{
     Plant,
     bounds::Aabb,
-    draw::{light::Lighting, seed::seeds},
+    draw::{light::Lighting, seed::seeds, tint::Tint},
     effects::{FadeBy, wind::Sway},
     leaf::{LeafGeometry, Vertex},
     model::{FoliageModel, Leaf, Timeline, Transition},
@@ -223,14 +223,14 @@ pub struct Placed<'a> {
     pub sway: Option<Sway>,
     /// Share of a pixel's samples, from 0 to 1, that are left to the plant's impostor.
     pub far: f32,
-    /// Factor of its lit colour, linear.
-    pub tint: Vec3,
+    /// Change of its lit colour.
+    pub tint: Tint,
 }
 
 impl<'a> Placed<'a> {
     /// Places a list, with the tone of the picture and without wind or other wood.
     pub fn new(list: &'a DrawList<'a>, world_from_plant: DAffine3) -> Self {
-        Self { list, wood: &[], world_from_plant, tone: None, sway: None, far: 0.0, tint: Vec3::ONE }
+        Self { list, wood: &[], world_from_plant, tone: None, sway: None, far: 0.0, tint: Tint::NONE }
     }
 
     pub(super) fn is_sound(&self) -> bool {

@@ -22,12 +22,13 @@ use crate::{
         landscape::REACH,
         look::{Coloring, Look},
         pages::Pages,
+        tint::Tints,
     },
     effects::{Counts, FadeBy, wind::Shape},
     model::{FoliageModel, Framing, Timeline, Transition},
     terrain::{GroundMesh, Terrain},
 };
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use slotmap::SlotMap;
 use std::{collections::HashMap, sync::Arc};
 
@@ -60,6 +61,8 @@ struct Model<'a> {
     model: &'a FoliageModel,
     timeline: Timeline,
     shape: Shape,
+    /// Centre of its bounding sphere.
+    center: DVec3,
     /// Mean shaded colour of the leaves, linear; 0 if neither tone nor the effect `contrast` acts.
     mean: [f32; 3],
     /// Index of its first material in the painter.
@@ -134,9 +137,10 @@ impl<'a> SoftwareRenderer<'a> {
         };
         let first_material = self.painter.add(&model.materials, &model.textures)?;
         let (timeline, shape) = (Timeline::new(model), Shape::new(&model.aabb()));
+        let center = model.sphere().center();
         let far = self.look.far.map_or(Ok(None), |_| self.far(model))?;
         let wood = SlidingWood::new(model);
-        Ok(self.models.insert(Model { model, timeline, shape, mean, first_material, wood, far }))
+        Ok(self.models.insert(Model { model, timeline, shape, center, mean, first_material, wood, far }))
     }
 
     fn far(&self, model: &'a FoliageModel) -> Result<Option<FarModel<'a>>> {
@@ -206,12 +210,16 @@ impl<'a> SoftwareRenderer<'a> {
         let sway = |model: &Model<'_>, instance: &Instance| {
             moment.map(|moment| moment.sway(&model.shape, &instance.world_from_plant))
         };
+        let tints = Tints::new(look, frame.camera.eye);
+        let tint = |model: &Model<'_>, plant: &Instance| {
+            tints.of(plant, plant.world_from_plant.transform_point3(model.center))
+        };
         let with_leaves = known.iter().filter(|(.., share)| *share < 1.0);
         let placed: Vec<Placed<'_>> = with_leaves
             .zip(&steps)
             .map(|(&(model, instance, far), &(step, _))| {
                 let (tone, sway) = (self.toning(model, instance), sway(model, instance));
-                let tint = look.tint_of(instance);
+                let tint = tint(model, instance);
                 let wood = wood.get(&(instance.model, step)).map_or(&[][..], Vec::as_slice);
                 Placed { wood, tone, sway, far, tint, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
             })
@@ -226,7 +234,7 @@ impl<'a> SoftwareRenderer<'a> {
                 };
                 let sway = sway(model, instance);
                 let world_from_plant = instance.world_from_plant;
-                let (seed, tint) = (instance.seed, look.tint_of(instance));
+                let (seed, tint) = (instance.seed, tint(model, instance));
                 let framing = *framing;
                 Some(PlacedImpostor { framing, pages, crown: *crown, world_from_plant, sway, share, tint, seed })
             })

@@ -11,6 +11,7 @@ use crate::{
         mips::SrgbTable,
         pages::{PageLevel, Pages},
         sprite::{DEEP_FROM_PX, DEPTH_STEPS, LEAST_APPROACH, LEAST_PX, MOST_PULL, SHARPER_LEVELS},
+        tint::Tint,
     },
     effects::wind::Sway,
     hash::hash,
@@ -29,8 +30,8 @@ pub(super) struct PlacedImpostor<'a> {
     pub(super) sway: Option<Sway>,
     /// Share of the samples that it takes; the leaves have the others.
     pub(super) share: f32,
-    /// Factor of its lit colour, linear.
-    pub(super) tint: Vec3,
+    /// Change of its lit colour.
+    pub(super) tint: Tint,
     /// See [`Instance::seed`](crate::Instance::seed).
     pub(super) seed: u32,
 }
@@ -52,7 +53,7 @@ pub(super) struct Sprite<'a> {
     /// Mip level, with a fraction.
     level: f32,
     is_deep: bool,
-    tint: Vec3,
+    tint: Tint,
     share: f32,
     /// Number by which the samples of plants differ.
     seed: u32,
@@ -237,7 +238,7 @@ impl<'a> Sprite<'a> {
     /// Linear light of a pixel.
     pub(super) fn shade(&self, seen: &Seen) -> Vec3 {
         let lit = |is_leaf| self.light.reflected_by_many(seen.albedo, seen.normal, seen.from_eye, is_leaf);
-        lit(false).lerp(lit(true), seen.leaf) * self.tint
+        self.tint.of(lit(false).lerp(lit(true), seen.leaf))
     }
 
     /// What a frame's picture shows on a ray, and its place. The picture is looked up where the ray

@@ -18,6 +18,7 @@ use crate::{
     draw::{
         handover::far_samples,
         mips::{Mips, SrgbTable},
+        tint::Tint,
     },
     edge::{Edge, SUBPIXEL, twice_area},
     material::Material,
@@ -41,7 +42,7 @@ pub(super) struct Scene<'a> {
     /// One per plant, as in `tones`.
     pub(super) lights: &'a [Light],
     pub(super) tones: &'a [Option<Toning>],
-    pub(super) tints: &'a [Vec3],
+    pub(super) tints: &'a [Tint],
     /// Share of each plant's samples that are left to its impostor.
     pub(super) far: &'a [f32],
     pub(super) sprites: &'a [Sprite<'a>],
@@ -291,7 +292,7 @@ impl Tile {
             Some(tone) if is_leaf => toned(color.into(), tone.mean, triangle.kept).into(),
             _ => color,
         };
-        toned * scene.tints[triangle.plant as usize]
+        scene.tints[triangle.plant as usize].of(toned)
     }
 
     /// Colour of the ground in a pixel.
