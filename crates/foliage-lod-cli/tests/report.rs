@@ -158,6 +158,48 @@ fn small_plants_are_measured_where_they_are_asked_for() {
 }
 
 #[test]
+fn wood_with_less_detail_is_measured_where_it_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
+    command.args(["report", "hazel", "--leaves", "60", "--levels", "0.5", "--pixels", "48", "--brief"]);
+    let output = command.args(["--wood", "--json", "-o"]).arg(folder.path()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = json["wood"].as_array().unwrap();
+    let of = |method: &str, px: u64| {
+        rows.iter()
+            .find(|row| row["method"] == method && row["diameter_px"] == px)
+            .unwrap_or_else(|| panic!("{method}"))
+    };
+    let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
+    let is_timed = gpu().is_some();
+    let peers: &[&str] =
+        if cfg!(feature = "peers") { &["meshopt simplify", "meshopt prune", "meshopt sloppy"] } else { &[] };
+    for px in [256, 128, 64, 48] {
+        let triangles = |method: &str| number(&of(method, px)["triangles"]);
+        for method in ["all wood", "order", "stems by width"].iter().chain(peers) {
+            for part in ["alone", "with_leaves"] {
+                let seen = &of(method, px)[part];
+                assert!(number(&seen["ssim"]) <= 1.0 && number(&seen["coverage"]).abs() < 1.0, "{method} {seen}");
+                assert!(!is_timed || number(&seen["frame_seconds"]) > 0.0, "{method} {seen}");
+                assert_eq!(*method == "all wood", number(&seen["xor"]) == 0.0, "{method} {seen}");
+            }
+        }
+        assert!(triangles("order") < 0.5 * triangles("all wood"));
+        assert!(number(&of("order", px)["alone"]["coverage"]).abs() < 0.15);
+    }
+    assert_eq!(rows.len(), 4 * (3 + peers.len()));
+    let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("Wood alone") && page.contains("With leaves"));
+    assert_eq!(page.contains("without the feature <code>peers</code>"), peers.is_empty());
+    let scene = folder.path().join("none.toml");
+    fs::write(&scene, "").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_foliage-lod"));
+    let output = command.args(["report", "--wood", "-o"]).arg(folder.path()).arg(&scene).output().unwrap();
+    assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("--wood"));
+}
+
+#[test]
 fn what_cannot_be_reported_is_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, says) in [

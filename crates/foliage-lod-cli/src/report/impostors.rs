@@ -37,7 +37,7 @@ const CARDS_PX: u32 = 64;
 /// of times that it is drawn.
 const ROW: u32 = 2;
 const TIMED_SLOPE: f64 = 0.1;
-const ROUNDS: usize = 3;
+pub(super) const ROUNDS: usize = 3;
 
 /// A way to draw a small plant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -200,7 +200,7 @@ fn count(level: f64, leaves: u32) -> u32 {
 }
 
 /// Leaves that the default policy draws of a plant of this diameter, on a screen of 1080 rows.
-fn policy_count(model: &FoliageModel, diameter_px: u32) -> u32 {
+pub(super) fn policy_count(model: &FoliageModel, diameter_px: u32) -> u32 {
     let height_px = 1080.0;
     let slope = f64::from(REFERENCE_FOV_Y / 2.0).tan() * f64::from(diameter_px) / f64::from(height_px);
     let radius = model.sphere().radius as f32;
@@ -304,7 +304,7 @@ impl<'a> Drawer<'a> {
     }
 }
 
-fn compared(full: &[Image], others: &[Image]) -> Result<Comparison> {
+pub(super) fn compared(full: &[Image], others: &[Image]) -> Result<Comparison> {
     let pairs = full.par_iter().zip(others);
     let sums: Vec<Comparison> = pairs.map(|(full, other)| Comparison::of(full, other)).collect::<Result<_>>()?;
     Ok(sums.into_iter().fold(Comparison::default(), Comparison::plus))
@@ -342,23 +342,14 @@ impl<'a> Timer<'a> {
     /// Median time of a frame for each of what is drawn; they are drawn in turn.
     fn medians(&mut self, drawn: &[Shown], diameter_px: u32) -> Result<Vec<f64>> {
         let target = Offscreen::new(self.gpu, [ROW * diameter_px; 2])?;
-        let radius = self.sphere.radius;
-        let away = f64::from(ROW) * radius / TIMED_SLOPE;
-        let camera = LookAt {
-            eye: self.sphere.center() + DVec3::Z * away,
-            fov_y_radians: 2.0 * TIMED_SLOPE.atan(),
-            ..LookAt::framing(&self.sphere, DVec3::Z, 1.0, 1.0)
-        };
-        let at = |i: u32| (2.0 * f64::from(i) + 1.0 - f64::from(ROW)) * radius;
-        let places = (0..ROW * ROW).map(|i| DAffine3::from_translation(DVec3::new(at(i % ROW), at(i / ROW), 0.0)));
-        let places: Vec<DAffine3> = places.collect();
+        let (camera, places) = four(&self.sphere, diameter_px);
         let mut times = vec![Vec::new(); drawn.len()];
         for round in 0..=ROUNDS {
             for (shown, times) in drawn.iter().zip(&mut times) {
                 let plants: Vec<Instance> = places.iter().map(|&place| instance(&self.ids, shown, place)).collect();
                 let started = Instant::now();
                 let (device, queue) = (self.gpu.device(), self.gpu.queue());
-                self.foliage.prepare(device, queue, camera.camera(ROW * diameter_px), &plants)?;
+                self.foliage.prepare(device, queue, camera, &plants)?;
                 target.draw(&self.foliage)?;
                 if round > 0 {
                     times.push(started.elapsed().as_secs_f64());
@@ -367,6 +358,20 @@ impl<'a> Timer<'a> {
         }
         Ok(times.iter_mut().map(|times| median(times)).collect())
     }
+}
+
+/// A square picture of four plants side by side, each of this diameter: its camera, as many pixels
+/// high, and their places.
+pub(super) fn four(sphere: &Sphere, diameter_px: u32) -> (Camera, [DAffine3; 4]) {
+    let away = f64::from(ROW) * sphere.radius / TIMED_SLOPE;
+    let camera = LookAt {
+        eye: sphere.center() + DVec3::Z * away,
+        fov_y_radians: 2.0 * TIMED_SLOPE.atan(),
+        ..LookAt::framing(sphere, DVec3::Z, 1.0, 1.0)
+    };
+    let at = |i: u32| (2.0 * f64::from(i) + 1.0 - f64::from(ROW)) * sphere.radius;
+    let place = |i: u32| DAffine3::from_translation(DVec3::new(at(i % ROW), at(i / ROW), 0.0));
+    (camera.camera(ROW * diameter_px), [0, 1, 2, 3].map(place))
 }
 
 /// Bytes that a way needs, from those of all models.

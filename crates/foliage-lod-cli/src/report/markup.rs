@@ -23,3 +23,27 @@ pub(super) fn embedded(image: &Image) -> Result<String> {
         image.width, image.height
     ))
 }
+
+/// The picture with each pixel as a square, as wide as fits into `side` pixels.
+pub(super) fn enlarged(image: &Image, side: u32) -> Image {
+    let factor = (side / image.width.max(1)).max(1);
+    let [width, height] = [image.width * factor, image.height * factor];
+    let pixels = (0..width * height).flat_map(|i| image.pixel(i % width / factor, i / width / factor)).flatten();
+    Image { width, height, rgba: pixels.collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_become_squares() {
+        let mut image = Image::filled(64, 64, [0; 4]);
+        image.paste(&Image::filled(1, 1, [9; 4]), 5, 3);
+        let shown = enlarged(&image, 128);
+        assert_eq!(
+            [shown.pixel(10, 6), shown.pixel(11, 7), shown.pixel(12, 7)],
+            [Some([9; 4]), Some([9; 4]), Some([0; 4])]
+        );
+    }
+}

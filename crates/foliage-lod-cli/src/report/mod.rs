@@ -22,6 +22,8 @@ mod plot;
 pub mod rows;
 pub mod scene_costs;
 pub mod study;
+pub mod wood;
+mod wood_section;
 
 pub use method::{Method, Toned};
 pub use study::{Study, StudyOptions};

@@ -12,6 +12,8 @@ use super::{
     rows::{matched_table, run_time_table},
     scene_costs::Cost,
     study::{Row, Shown},
+    wood::WoodRow,
+    wood_section::wood_section,
 };
 use foliage_lod::{Result, effects::Count, software::Image};
 use std::fmt::Write;
@@ -32,6 +34,8 @@ pub struct PlantReport {
     pub far: Vec<FarRow>,
     /// The plant at small sizes, by leaves, impostor and others; empty if they were not asked for.
     pub small: Vec<SmallRow>,
+    /// The wood with less detail; empty if it was not asked for, or if there is no wood.
+    pub wood: Vec<WoodRow>,
     /// Picture of the full plant.
     pub full: Image,
     /// Pictures of the shown methods at each level.
@@ -107,6 +111,7 @@ fn section(page: &mut String, report: &PlantReport) -> Result<()> {
     pop_table(page, &report.pops);
     far_table(page, &report.far);
     impostor_section(page, &report.small)?;
+    wood_section(page, &report.wood)?;
     offline(page, &report.offline)
 }
 
@@ -427,6 +432,7 @@ mod tests {
             offline: Vec::new(),
             far: vec![FarRow { distance: 6.0, truth: seen(200.0), cpu: seen(190.0), gpu: None }],
             small: Vec::new(),
+            wood: Vec::new(),
             full: image,
             shown,
         }];

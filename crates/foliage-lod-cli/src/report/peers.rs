@@ -1,11 +1,15 @@
-//! Peer methods: meshoptimizer on the foliage of each material as one mesh, at equal triangle
-//! counts.
+//! Peer methods: meshoptimizer on the foliage or the wood of each material as one mesh, at equal
+//! triangle counts.
 //!
 //! Limits: its simplifiers weld leaves that touch, so results have no separate leaves; the foliage
 //! of each material is drawn as one leaf.
 
 use super::method::Method;
-use foliage_lod::{Plant, leaf::Vertex};
+use foliage_lod::{
+    Plant,
+    leaf::Vertex,
+    plant::{Wood, WoodPart},
+};
 use meshopt::{SimplifyOptions, VertexDataAdapter};
 use std::sync::Arc;
 
@@ -14,20 +18,19 @@ const ANY_ERROR: f32 = 1.0;
 
 type Simplifier = fn(&[u32], &VertexDataAdapter<'_>, usize) -> Vec<u32>;
 
+const WAYS: [(&str, Simplifier); 3] = [
+    ("meshopt simplify", |indices, vertices, count| {
+        meshopt::simplify(indices, vertices, count, ANY_ERROR, SimplifyOptions::None, None)
+    }),
+    ("meshopt prune", |indices, vertices, count| {
+        meshopt::simplify(indices, vertices, count, ANY_ERROR, SimplifyOptions::Prune, None)
+    }),
+    ("meshopt sloppy", |indices, vertices, count| meshopt::simplify_sloppy(indices, vertices, count, ANY_ERROR, None)),
+];
+
 /// meshoptimizer's three simplifiers, each at the fractions `levels` of the leaf triangles.
 /// Materials are simplified one by one.
 pub fn meshoptimizer(plant: &Plant, levels: &[f64]) -> Vec<Method> {
-    let ways: [(&str, Simplifier); 3] = [
-        ("meshopt simplify", |indices, vertices, count| {
-            meshopt::simplify(indices, vertices, count, ANY_ERROR, SimplifyOptions::None, None)
-        }),
-        ("meshopt prune", |indices, vertices, count| {
-            meshopt::simplify(indices, vertices, count, ANY_ERROR, SimplifyOptions::Prune, None)
-        }),
-        ("meshopt sloppy", |indices, vertices, count| {
-            meshopt::simplify_sloppy(indices, vertices, count, ANY_ERROR, None)
-        }),
-    ];
     let method = |(name, way): (&str, Simplifier)| {
         let plants = levels.iter().map(|&level| {
             let plant = simplified(plant, way, level);
@@ -35,7 +38,7 @@ pub fn meshoptimizer(plant: &Plant, levels: &[f64]) -> Vec<Method> {
         });
         Method::given(name, plants.collect())
     };
-    ways.into_iter().map(method).collect()
+    WAYS.into_iter().map(method).collect()
 }
 
 /// The simplified plant, with the foliage of each material as one leaf.
@@ -61,6 +64,29 @@ fn simplified(plant: &Plant, way: Simplifier, level: f64) -> Plant {
         }
     }
     result
+}
+
+/// Wood with at most so many triangles, or as few as each simplifier gets to. Materials are
+/// simplified one by one.
+pub fn simplified_wood(wood: &Wood, triangles: u64) -> Vec<(&'static str, Wood)> {
+    let level = triangles as f64 / wood.triangles().max(1) as f64;
+    let of_way = |(name, way): (&'static str, Simplifier)| {
+        let (mut indices, mut parts) = (Vec::new(), Vec::new());
+        for part in &wood.parts {
+            let own = &wood.indices[part.indices[0] as usize..part.indices[1] as usize];
+            let wanted = (own.len() as f64 / 3.0 * level).floor() as usize * 3;
+            let stride = std::mem::size_of::<Vertex>();
+            let Ok(vertices) = VertexDataAdapter::new(bytemuck::cast_slice(&wood.vertices), stride, 0) else {
+                continue;
+            };
+            let first = indices.len() as u32;
+            indices.extend(way(own, &vertices, wanted));
+            parts.push(WoodPart { indices: [first, indices.len() as u32], ..*part });
+        }
+        let (vertices, indices) = compacted(&wood.vertices, &indices);
+        (name, Wood { vertices, indices, parts })
+    };
+    WAYS.map(of_way).into()
 }
 
 /// The vertices in use, and indices into them.

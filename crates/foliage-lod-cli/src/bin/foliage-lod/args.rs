@@ -90,6 +90,10 @@ pub struct Report {
     /// directions, and their side in pixels.
     #[arg(long, value_name = "FRAMESxPX", value_parser = frames, num_args = 0..=1, default_missing_value = "12x64", conflicts_with = "paper")]
     pub far: Option<Frames>,
+    /// Also compare the wood with less detail at 48 to 256 pixels across: by its order, by the
+    /// width of its stems and, if the command was built with it, by meshoptimizer.
+    #[arg(long, conflicts_with = "paper")]
+    pub wood: bool,
     /// Folder to write into; created if it does not exist.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,

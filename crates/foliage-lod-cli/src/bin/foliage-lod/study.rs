@@ -14,6 +14,7 @@ use foliage_lod::{
     gpu::{GpuDevice, GpuOptions, guarded},
     grow::{GrowOptions, Species, grow},
     import::{self, ImportOptions},
+    measure::Quality,
     model::Growth,
     simplify::CpuFragments,
     software::BakeOptions,
@@ -27,6 +28,7 @@ use foliage_lod_cli::report::{
     page::{self, PlantReport, SceneReport},
     rows,
     study::Row,
+    wood::{self, WoodRow},
 };
 use indicatif::HumanCount;
 use serde_json::{Value, json};
@@ -39,14 +41,16 @@ use std::{
 const SEED: u64 = 1;
 /// Methods shown as pictures, in addition to the presets and the `--against` chain.
 const SHOWN: [&str; 2] = ["random", "cook"];
-/// Preset whose prefixes are compared with impostors.
+/// Preset whose prefixes are compared with impostors, and whose wood loses detail.
 const SMALL: &str = "balanced";
 
 /// Runs the subcommand.
 pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
-    if args.far.is_some() && args.plants.iter().all(|name| scene::is_toml(Path::new(name))) {
-        let allowed = "left out, or given with a tree: scenes are measured with their own `[far]`";
-        return Err(Error::invalid("--far", "given with scenes alone", allowed).into());
+    for (option, is_given) in [("--far", args.far.is_some()), ("--wood", args.wood)] {
+        if is_given && args.plants.iter().all(|name| scene::is_toml(Path::new(name))) {
+            let allowed = "left out, or given with a tree: scenes are measured as they are";
+            return Err(Error::invalid(option, "given with scenes alone", allowed).into());
+        }
     }
     let folder = &args.output;
     std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
@@ -136,9 +140,10 @@ fn study(
         Some(args::Frames(sizes)) => small_rows(&methods, &sizes, gpu, steps)?,
         None => Vec::new(),
     };
+    let wood = if args.wood { wood_rows(&methods, gpu, steps)? } else { Vec::new() };
     let full = study.full_shown()?;
     let (name, leaves) = (plant.name.clone(), plant.leaves.len() as u32);
-    Ok(PlantReport { plant: name, leaves, rows, pops, offline, far, small, full, shown })
+    Ok(PlantReport { plant: name, leaves, rows, pops, offline, far, small, wood, full, shown })
 }
 
 /// The full plant far away; without the GPU once it has failed or where the plant does not fit on
@@ -168,6 +173,26 @@ fn small_rows(
         told.map(|row| format!("{} px {:.1}", row.diameter_px, row.quality.rmse)).collect::<Vec<_>>().join(", ")
     };
     steps.done("measure", format!("impostor: RMSE {}; prefix {}", rmse(Way::Impostor), rmse(Way::Prefix)))?;
+    Ok(rows)
+}
+
+/// The wood with less detail; none of a plant without wood.
+fn wood_rows(
+    methods: &[Method],
+    gpu: Option<&GpuDevice>,
+    steps: &mut Steps,
+) -> std::result::Result<Vec<WoodRow>, Failure> {
+    let preset = methods.iter().find(|method| method.name == SMALL);
+    let Some(mut model) = preset.and_then(Method::model).cloned() else { return Ok(Vec::new()) };
+    spinning("ordering the wood", || model.order_wood());
+    if model.wood_order.is_none() {
+        steps.done("measure", "wood: none")?;
+        return Ok(Vec::new());
+    }
+    let rows = spinning("measuring the wood", || wood::measure(&model, gpu, &mut interrupt::check))?;
+    let told = rows.iter().filter(|row| row.way == wood::WAYS[1]);
+    let told = told.map(|row| format!("{} px {} triangles", row.diameter_px, row.triangles)).collect::<Vec<_>>();
+    steps.done("measure", format!("wood: {} of {} triangles", told.join(", "), model.wood.triangles()))?;
     Ok(rows)
 }
 
@@ -263,8 +288,14 @@ fn json(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>) 
         report.small.iter().map(|row| json_small(&report.plant, row)).collect()
     };
     let small: Vec<Value> = reports.iter().flat_map(small).collect();
+    let wood =
+        |report: &PlantReport| -> Vec<Value> { report.wood.iter().map(|row| json_wood(&report.plant, row)).collect() };
+    let wood: Vec<Value> = reports.iter().flat_map(wood).collect();
     let scenes: Vec<Value> = scenes.iter().flat_map(scene_study::json_rows).collect();
-    json!({ "adapter": adapter, "rows": rows, "pops": pops, "far": far, "impostors": small, "offline": offline, "scenes": scenes })
+    json!({
+        "adapter": adapter, "rows": rows, "pops": pops, "far": far, "impostors": small, "wood": wood,
+        "offline": offline, "scenes": scenes,
+    })
 }
 
 fn json_far(plant: &str, row: &FarRow) -> Value {
@@ -294,6 +325,27 @@ fn json_small(plant: &str, row: &SmallRow) -> Value {
         "change_per_degree": row.change,
         "frame_seconds": row.frame_seconds,
         "bytes": row.bytes,
+    })
+}
+
+fn json_wood(plant: &str, row: &WoodRow) -> Value {
+    let seen = |quality: &Quality, seconds: f64| {
+        json!({
+            "rmse": quality.rmse,
+            "ssim": quality.ssim,
+            "coverage": quality.coverage,
+            "xor": quality.xor,
+            "frame_seconds": seconds,
+        })
+    };
+    json!({
+        "plant": plant,
+        "method": row.way,
+        "diameter_px": row.diameter_px,
+        "triangles": row.triangles,
+        "leaves": row.leaves,
+        "alone": seen(&row.alone, row.frame_seconds[0]),
+        "with_leaves": seen(&row.with_leaves, row.frame_seconds[1]),
     })
 }
 
