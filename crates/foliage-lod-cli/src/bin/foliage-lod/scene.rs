@@ -34,7 +34,7 @@ const NEAR_RADII: f64 = 1e-2;
 
 /// Default distance of the haze: the first factor times the smallest plant's radius plus the second
 /// times the radius of the whole scene, or the reach of its patches if that is farther.
-const HAZE_RADII: [f64; 2] = [40.0, 2.0];
+const HAZE_RADII: [f64; 2] = [160.0, 8.0];
 
 /// A scene with its models.
 pub struct Opened {
