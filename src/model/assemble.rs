@@ -52,6 +52,7 @@ impl FoliageModel {
             copies: Vec::new(),
             impostor: None,
             wood_order: None,
+            curve: None,
         };
         if let Some(survivor) = rank.iter().position(|&rank| rank == 0) {
             model.push(plant, survivor, NO_LEAF, 1.0, 0.0);

@@ -8,6 +8,7 @@
 
 mod assemble;
 mod copies;
+mod curve;
 pub(crate) mod format;
 mod grid;
 mod growth;
@@ -21,6 +22,7 @@ mod validate;
 
 pub use assemble::Prune;
 pub use copies::{LeafCopy, Turn};
+pub use curve::{CurveCorner, ErrorCurve};
 pub use format::{MAGIC, MAX_FILE_BYTES, ModelFile, Part, VERSION};
 pub use growth::Growth;
 pub(crate) use impostor::Framing;
@@ -126,6 +128,7 @@ pub struct Recipe {
 /// 14. Tone is from 0 to [`Growth::MAX_TONE`].
 /// 15. The impostor's sizes are within their limits, and its pages are as long as they say.
 /// 16. The order of the wood is [valid](WoodOrder::validate) for it.
+/// 17. The error curve is sound: see [`ErrorCurve`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FoliageModel {
     /// The plant, its leaves in drawing order, each with its swap record. Its fields and methods
@@ -148,6 +151,9 @@ pub struct FoliageModel {
     /// The order in which the wood loses detail where it is small; `None` draws stems whole or not
     /// at all.
     pub wood_order: Option<WoodOrder>,
+    /// How wrong the plant looks with fewer leaves, if it was
+    /// [measured](crate::simplify::error_curve).
+    pub curve: Option<ErrorCurve>,
 }
 
 impl Deref for FoliageModel {

@@ -6,6 +6,7 @@
 //!
 //! [`patch`] places plants over whole landscapes, where the camera is.
 
+pub mod budget;
 mod camera;
 mod check;
 mod file;

@@ -14,6 +14,7 @@ pub(crate) mod capture;
 pub(crate) mod change;
 mod crew;
 pub(crate) mod criterion;
+mod curve;
 mod depth;
 mod drift;
 pub(crate) mod enlarge;
@@ -48,6 +49,7 @@ pub(crate) mod views;
 pub(crate) mod vmi;
 mod work;
 
+pub use curve::{CurveOptions, curve_steps, error_curve};
 pub use fragments::{AlphaMask, AlphaTest, Coverage, FragmentSource, ViewTriangles};
 pub use memory::{available_bytes, estimated_bytes};
 pub use options::{Compensate, Criterion, GrowBy, MAX_SCALE_LIMIT, SimplifyOptions};

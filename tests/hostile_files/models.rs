@@ -9,7 +9,7 @@ use foliage_lod::{
     Error, FoliageModel, Result, Swap, Timeline,
     model::ModelFile,
     plant::Outline,
-    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
+    simplify::{CpuFragments, CurveOptions, Quiet, SimplifyOptions, error_curve, simplify},
     software::{BakeOptions, bake},
 };
 
@@ -24,6 +24,7 @@ fn read_model(bytes: &[u8]) -> Result<()> {
     let again = FoliageModel::from_bytes(&written).expect("what is written can be read");
     assert!(version1::bytes(&again) == bits && again.precision == model.precision, "bits are lost");
     assert!(again.wood_order == model.wood_order, "the order of the wood is lost");
+    assert!(again.curve == model.curve, "the error curve is lost");
     assert!(again.to_bytes().unwrap() == written, "the model is not written as it was read");
     let (timeline, mut swap) = (Timeline::new(&model), Swap::new(&model));
     for n in (0..=swap.leaves()).rev() {
@@ -51,6 +52,8 @@ fn model_files() -> Vec<Vec<u8>> {
         let sizes = BakeOptions { across: 3, frame_px: 8, is_whole_sphere: true };
         model.order_wood();
         assert_eq!(model.wood_order.is_some(), model.leaves.len() == 9);
+        model.curve =
+            Some(error_curve(&model, &CurveOptions { side_px: 8, samples: 1, steps: 1 }, &mut |_| true).unwrap());
         model.impostor = (model.leaves.len() == 9).then(|| bake(&model, &sizes, &mut |_| true).unwrap());
         model
     });

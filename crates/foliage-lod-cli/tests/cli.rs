@@ -280,11 +280,12 @@ fn every_step_is_printed_and_pictures_are_drawn_on_request() {
     let simplified = run(&folder, &arguments);
     let text = stdout(&simplified);
     let steps: Vec<_> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
-    assert_eq!(steps, ["read", "simplify", "wood", "write", "draw", "draw", "draw"], "{text}");
+    assert_eq!(steps, ["read", "simplify", "wood", "curve", "write", "draw", "draw", "draw"], "{text}");
     assert!(text.contains("15.png: 9 leaves"), "{text}");
     assert_eq!(names(&folder), ["100.png", "15.png", "50.png", "a.vds", "tree.glb"]);
     let summary = stdout(&run(&folder, &["inspect", "a.vds"]));
     assert!(summary.contains("60 leaves") && summary.contains("invariants: all hold"), "{summary}");
+    assert!(summary.contains("wrong pixels of 64") && summary.contains("error curve of "), "{summary}");
 }
 
 #[test]

@@ -54,7 +54,7 @@ pub struct ModelFile {
     /// Version of the format.
     pub version: u32,
     /// Parts of the file: `table`, `about`, `leaf_records`, `leaf_vertices`, `wood`, `textures`,
-    /// `shapes`, `outlines`, `growth`, `intrinsic`, `impostor`, `wood_order`, `fill`.
+    /// `shapes`, `outlines`, `growth`, `intrinsic`, `impostor`, `wood_order`, `curve`, `fill`.
     pub parts: Vec<Part>,
     /// Sections that were skipped because this version of the program does not know them, by their
     /// tags. Worth a warning: the model was made by a newer one.
@@ -221,6 +221,7 @@ mod tests {
                 thresholds: vec![f32::INFINITY, 2.0, 0.5],
                 swells: vec![std::array::from_fn(|i| i as u8)],
             });
+            model.curve = Some(crate::model::ErrorCurve::hull(64.0, 1.5, [(0, 9.0), (3, 2.5), (40, 0.0)]));
             model.write(&path).unwrap();
             let file = ModelFile::read(&path).unwrap();
             assert_eq!((&file.model, file.version, file.skipped.len()), (&model, 2, 0));

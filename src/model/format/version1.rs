@@ -83,6 +83,7 @@ pub(super) fn decode_model(path: &Path, head: &Head, file: &[u8]) -> Result<Foli
         copies: Vec::new(),
         impostor: None,
         wood_order: None,
+        curve: None,
     })
 }
 

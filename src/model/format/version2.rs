@@ -13,13 +13,14 @@
 //! | `INTR` | intrinsic cost of the recipe; left out if it is 0, and may be skipped |
 //! | `IMPO` | impostor; left out if there is none, and may be skipped |
 //! | `SLID` | order in which the wood loses detail; left out if there is none, and may be skipped |
+//! | `CURV` | error curve; left out if none was measured, and may be skipped |
 //! | `FILL` | zeros, if the file would else take too much memory for its size; may be skipped |
 //!
 //! Each is a record whose byte fields are streams: columns of integers, split into byte planes and
 //! deflated where that helps. Floats keep their bits: equal models give equal bytes.
 
 use super::{
-    super::{FoliageModel, Growth, Precision, Recipe},
+    super::{ErrorCurve, FoliageModel, Growth, Precision, Recipe},
     fault::{Decoded, MAX_FILE_BYTES, damaged, damaged_in},
     foliage::Foliage,
     impostor::PackedImpostor,
@@ -45,9 +46,10 @@ const GROWTH: Tag = *b"GROW";
 const INTRINSIC: Tag = *b"INTR";
 const IMPOSTOR: Tag = *b"IMPO";
 const WOOD_ORDER: Tag = *b"SLID";
+const CURVE: Tag = *b"CURV";
 const FILL: Tag = *b"FILL";
 /// Tags in the order in which the sections are written, and what they hold.
-pub(super) const SECTIONS: [(Tag, &str); 12] = [
+pub(super) const SECTIONS: [(Tag, &str); 13] = [
     (*b"ABOU", "about"),
     (*b"LEAF", "leaf_records"),
     (*b"VERT", "leaf_vertices"),
@@ -59,6 +61,7 @@ pub(super) const SECTIONS: [(Tag, &str); 12] = [
     (INTRINSIC, "intrinsic"),
     (IMPOSTOR, "impostor"),
     (WOOD_ORDER, "wood_order"),
+    (CURVE, "curve"),
     (FILL, "fill"),
 ];
 
@@ -165,9 +168,10 @@ pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
         encode_if(model.recipe.intrinsic != 0.0, &model.recipe.intrinsic)?,
         impostor.as_ref().map(encode).transpose()?.unwrap_or_default(),
         order.as_ref().map(encode).transpose()?.unwrap_or_default(),
+        model.curve.as_ref().map(encode).transpose()?.unwrap_or_default(),
         Vec::new(),
     ];
-    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, IMPOSTOR, WOOD_ORDER, FILL].contains(&tag);
+    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, IMPOSTOR, WOOD_ORDER, CURVE, FILL].contains(&tag);
     let sections = SECTIONS
         .iter()
         .zip(records)
@@ -238,6 +242,7 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     }
     let impostor = damaged_in(path, "IMPO", found(IMPOSTOR).map(decode::<PackedImpostor<'_>>).transpose())?;
     let order = damaged_in(path, "SLID", found(WOOD_ORDER).map(decode::<PackedWoodOrder<'_>>).transpose())?;
+    let curve = damaged_in(path, "CURV", found(CURVE).map(decode::<ErrorCurve>).transpose())?;
     let about: About = damaged_in(path, "ABOU", decode(about?))?;
     let counts = about.counts;
     let shapes = damaged_in(path, "SHAP", shapes)?;
@@ -281,6 +286,7 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
         copies,
         impostor: damaged_in(path, "IMPO", impostor.map(|packed| packed.decode()).transpose())?,
         wood_order: damaged_in(path, "SLID", order.map(|packed| packed.decode(counts.of_wood())).transpose())?,
+        curve,
     })
 }
 

@@ -2,7 +2,7 @@
 //! would become leaves and why.
 
 use crate::{
-    args, baking,
+    args, baking, curves,
     failure::Failure,
     output::{self, Steps, merged, recipe_json},
     progress::spinning,
@@ -171,9 +171,17 @@ fn tell_model(file: &ModelFile) -> Result<(), Failure> {
     output::line(format_args!("leaves grow by {way}, with tone {:.2}", model.growth.tone))?;
     material_lines(&model.materials).iter().try_for_each(output::line)?;
     tell_bounds(model.aabb(), model.sphere())?;
-    output::line("leaves kept  error so far  largest scale")?;
-    for CurvePoint { percent, leaves, error, scale } in curve(model) {
-        output::line(format_args!("{leaves:>7} {percent:>3} %  {error:>12.6}  {scale:>13.3}"))?;
+    let measured = match &model.curve {
+        Some(curve) => format!("  wrong pixels of {}", curve.size_px),
+        None => String::new(),
+    };
+    output::line(format_args!("leaves kept  error so far  largest scale{measured}"))?;
+    for CurvePoint { percent, leaves, error, scale, error_px } in curve(model) {
+        let measured = error_px.map_or_else(String::new, |px| format!("  {px:>18.4}"));
+        output::line(format_args!("{leaves:>7} {percent:>3} %  {error:>12.6}  {scale:>13.3}{measured}"))?;
+    }
+    if model.curve.is_some() {
+        output::line(curves::summary(model))?;
     }
     Ok(())
 }
@@ -303,8 +311,7 @@ fn model_json(file: &ModelFile) -> Value {
     let model = &file.model;
     let bytes_by =
         |parts: &[Part]| parts.iter().map(|part| (part.name.clone(), json!(part.bytes))).collect::<Map<_, _>>();
-    let point =
-        |p: CurvePoint| json!({ "percent": p.percent, "leaves": p.leaves, "error": p.error, "largest_scale": p.scale });
+    let point = |p: CurvePoint| json!({ "percent": p.percent, "leaves": p.leaves, "error": p.error, "largest_scale": p.scale, "error_px": p.error_px });
     let curve: Vec<Value> = curve(model).into_iter().map(point).collect();
     let [leaf_bytes, wood_bytes] = gpu_bytes(model);
     let about = json!({
@@ -331,6 +338,7 @@ fn model_json(file: &ModelFile) -> Value {
         "outlines": model.outlines.len(),
         "area_left": model.to_plant().trimmed_share(),
         "error_curve": curve,
+        "measured_curve": model.curve.as_ref().map(curves::to_json),
     });
     merged(recipe_json(&model.recipe), about)
 }
@@ -352,6 +360,8 @@ struct CurvePoint {
     error: f64,
     /// Largest scale of a drawn leaf.
     scale: f32,
+    /// Error on the measured curve.
+    error_px: Option<f64>,
 }
 
 fn curve(model: &FoliageModel) -> Vec<CurvePoint> {
@@ -368,6 +378,7 @@ fn curve(model: &FoliageModel) -> Vec<CurvePoint> {
                 leaves,
                 error: pruned.iter().fold(0.0, |sum, leaf| sum + f64::from(leaf.error)),
                 scale: swap.scales()[..leaves as usize].iter().copied().fold(0.0, f32::max),
+                error_px: model.curve.as_ref().map(|curve| curve.error_px(f64::from(leaves))),
             }
         })
         .collect()

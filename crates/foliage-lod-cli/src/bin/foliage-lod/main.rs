@@ -5,6 +5,7 @@
 
 mod args;
 mod baking;
+mod curves;
 mod drawing;
 mod failure;
 mod grow;

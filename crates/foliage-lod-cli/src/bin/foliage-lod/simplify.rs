@@ -1,7 +1,7 @@
 //! `foliage-lod simplify`: simplifies a tree file into a model.
 
 use crate::{
-    args, baking,
+    args, baking, curves,
     failure::{Failure, complain},
     output::{self, Steps},
     pictures,
@@ -59,6 +59,11 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
         let stems = model.wood_order.as_ref().map_or(0, |order| order.stems.len());
         wood_seconds = Some(steps.done("wood", format!("{} stems", HumanCount(stems as u64)))?);
     }
+    let mut curve_seconds = None;
+    if args.curve == args::Switch::On {
+        model.curve = Some(curves::measure(&model)?);
+        curve_seconds = Some(steps.done("curve", curves::summary(&model))?);
+    }
     if let Some(far) = &args.far {
         model.impostor = Some(baking::bake(&model, &far.0)?);
         steps.done("bake", baking::summary(&model))?;
@@ -92,6 +97,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
                 "fragments": seconds.fragments,
                 "prune": seconds.prune,
                 "wood": wood_seconds,
+                "curve": curve_seconds,
                 "write": write_seconds,
                 "total": steps.total_seconds(),
             },
