@@ -79,8 +79,9 @@ impl CurveOptions {
 /// machine. `advance` receives the number of counts done, of [`curve_steps`], and returns whether
 /// to continue.
 ///
-/// # Errors [`Error::InvalidModel`], [`Error::InvalidOption`], [`Unreadable`](Error::Unreadable) if
-/// a texture cannot be decoded, and [`Error::Interrupted`] if `advance` returns false.
+/// # Errors
+/// [`Error::InvalidModel`], [`Error::InvalidOption`], [`Unreadable`](Error::Unreadable) if a
+/// texture cannot be decoded, and [`Error::Interrupted`] if `advance` returns false.
 pub fn error_curve(
     model: &FoliageModel,
     options: &CurveOptions,
