@@ -11,6 +11,7 @@ use foliage_lod::{
     FoliageModel, FoliageRenderer, Instance, Look, LookAt,
     draw::{self, Prepared, Upload},
     effects::{Effects, Shadow, Wind},
+    extract::{Blend, LodPolicy, REFERENCE_FOV_Y, Sight, fewest_leaves, leaf_count},
     gpu::{GpuDevice, Offscreen, TARGET},
     grow::{GrowOptions, Species, grow},
     material::Material,
@@ -202,6 +203,52 @@ fn wood_that_loses_detail_changes_no_more_than_all_of_it() {
     let (drawn, full) = (greatest(0.5), greatest(0.0));
     println!("{drawn:.2?}, in full {full:.2?}");
     assert!(drawn[0] <= 1.1 * full[0] && drawn[1] <= 1.25 * full[1], "{drawn:?}, in full {full:?}");
+}
+
+/// At half a pixel, wood alone covers within 2 % of all wood's area, and twigs drawn for others
+/// differ from its silhouette by up to 29 %. Of plants with the leaves that the default policy
+/// draws, enlarged to cover as much as all, silhouettes differ by less than 1 %.
+#[test]
+fn silhouettes_of_plants_hardly_differ_if_their_wood_loses_detail() {
+    let model = model("english-oak", 20_146);
+    let plain = FoliageModel { wood_order: None, ..model.clone() };
+    let sphere = model.sphere();
+    let mut painter = SoftwareRenderer::new(Look::default()).unwrap();
+    let [all, ordered] = [&plain, &model].map(|model| painter.add_model(model).unwrap());
+    for (side, most_triangles, most_xor) in [(256, 16_200, 0.15), (128, 7_500, 0.22), (64, 2_650, 0.29)] {
+        // A screen of 1080 rows.
+        let slope = f64::from(REFERENCE_FOV_Y / 2.0).tan() * f64::from(side) / 1080.0;
+        let distance = (sphere.radius / slope.atan().sin()) as f32;
+        let sight = Sight { distance, radius: sphere.radius as f32, fov_y: REFERENCE_FOV_Y, height_px: 1080.0 };
+        let all_leaves = model.leaves.len() as u32;
+        let leaves = leaf_count(Blend::default().lod(&sight), all_leaves, fewest_leaves(all_leaves));
+        let leaf_scale = (all_leaves as f32 / leaves as f32).sqrt();
+        let differing = |active: u32| {
+            let (mut covered, mut area, mut xor, mut triangles) = (0.0, 0.0, 0.0, 0);
+            for view in 0..4 {
+                let turn = 0.3 + f64::from(view);
+                let direction = DVec3::new(turn.sin(), 0.2 * f64::from(view), turn.cos());
+                let camera = LookAt::framing(&sphere, direction, 0.1, 1.0).camera(side);
+                let [full, drawn] = [all, ordered].map(|id| {
+                    let plant = Instance { leaf_scale, ..Instance::new(id, DAffine3::IDENTITY, active as f32) };
+                    painter.cutout(camera, &[plant], [side; 2]).unwrap()
+                });
+                let alphas = full.image.rgba.iter().zip(&drawn.image.rgba).skip(3).step_by(4);
+                for (full, drawn) in alphas.map(|(a, b)| (f64::from(*a), f64::from(*b))) {
+                    area += full;
+                    covered += drawn;
+                    xor += (full - drawn).abs();
+                }
+                triangles = drawn.prepared.wood_triangles;
+            }
+            (covered / area - 1.0, xor / area, triangles)
+        };
+        let [alone, with_leaves] = [0, leaves].map(differing);
+        println!("{side}: alone {alone:.4?}, with {leaves} leaves {with_leaves:.4?}");
+        assert!(alone.2 <= most_triangles, "{} triangles at {side}", alone.2);
+        assert!(alone.0.abs() < 0.02 && alone.1 < most_xor, "{alone:?} at {side}");
+        assert!(with_leaves.1 < 0.01, "{with_leaves:?} at {side}");
+    }
 }
 
 /// Distance of a point from the nearest of some triangles.
