@@ -4,6 +4,8 @@
 
 #[path = "budget/forest.rs"]
 mod forest;
+#[path = "budget/grove.rs"]
+mod grove;
 #[path = "budget/hard.rs"]
 mod hard;
 #[path = "budget/oracle.rs"]
