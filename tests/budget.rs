@@ -4,6 +4,8 @@
 
 #[path = "budget/forest.rs"]
 mod forest;
+#[path = "budget/grove.rs"]
+mod grove;
 #[path = "budget/hard.rs"]
 mod hard;
 #[path = "budget/oracle.rs"]
@@ -148,8 +150,8 @@ fn a_histogram_spends_the_budget_as_well_as_a_sorted_list_of_all_segments() {
     }
 }
 
-/// With more than 10,000 plants, any 9,000 of them must get the same if they split among themselves,
-/// exactly, what they were given.
+/// With more than 10,000 plants, any 9,000 of them must get the same if they split among
+/// themselves, exactly, what they were given.
 #[test]
 fn a_histogram_gives_each_plant_what_an_exact_split_does() {
     let (curves, items) = forest::woods(60_000, [1920, 1080]);

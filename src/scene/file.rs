@@ -12,6 +12,7 @@ use super::{
     ground::GroundEntry,
     lod::Lod,
     patch::PatchEntry,
+    portions::BudgetEntry,
     scatter::{Scatter, Spot},
 };
 use crate::{
@@ -54,6 +55,9 @@ pub struct SceneFile {
     /// Level-of-detail policy.
     #[serde(default)]
     pub lod: Lod,
+    /// Leaves that all plants in view share; by default each has those of the level-of-detail
+    /// policy.
+    pub budget: Option<BudgetEntry>,
     /// Simulation and shading effects.
     #[serde(default)]
     pub effects: Effects,
@@ -270,6 +274,7 @@ impl SceneFile {
         check_range("sun.azimuth", self.sun.azimuth, -360.0..=360.0)?;
         check_range("sun.elevation", self.sun.elevation, -5.0..=90.0)?;
         self.lod.check()?;
+        self.budget.map_or(Ok(()), |budget| budget.check())?;
         self.ground.as_ref().map_or(Ok(()), GroundEntry::check)?;
         self.far.map_or(Ok(()), |far| far.check())?;
         self.effects.check()

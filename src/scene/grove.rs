@@ -7,6 +7,7 @@
 //! Limits: no occlusion culling; moving a plant means rebuilding the grove (0.3 ms for 1,000
 //! plants).
 
+use super::{budget::Spent, shared::SharedBudget};
 use crate::{
     Camera, Error, Result,
     bounds::{Sphere, largest_scale},
@@ -184,6 +185,51 @@ impl Grove {
                 let plant = &mut self.plants[instance as usize];
                 out.push(plant.active(instance, &self.kinds[plant.kind as usize], &seen_by));
             }
+        }
+    }
+
+    /// As [`select`](Self::select), with counts that spend a budget on the plants in view with the
+    /// least error, instead of those of the kinds' policies: `seconds` after the last frame, or
+    /// anew if `None`. Fewest leaves of kinds do not count, but a crown around the camera is not
+    /// hollow. `budget` must be of the models of this grove's kinds.
+    pub fn select_within(
+        &mut self,
+        camera: &Camera,
+        budget: &mut SharedBudget,
+        seconds: Option<f64>,
+        out: &mut Vec<Active>,
+    ) -> Spent {
+        self.select(camera, out);
+        self.fill(camera, budget, out);
+        let spent = budget.split(seconds);
+        self.take(budget, out);
+        spent
+    }
+
+    /// As [`select_all`](Self::select_all), with the counts that plants have, or would have if they
+    /// were in view, by what `budget` was split by last.
+    pub fn select_all_within(&mut self, camera: &Camera, budget: &mut SharedBudget, out: &mut Vec<Active>) {
+        self.select_all(camera, out);
+        self.fill(camera, budget, out);
+        budget.repeat();
+        self.take(budget, out);
+    }
+
+    /// Fills a budget with plants.
+    fn fill(&self, camera: &Camera, budget: &mut SharedBudget, selected: &[Active]) {
+        let seen_by = SeenBy::new(camera);
+        budget.fill(selected.iter().map(|active| {
+            let plant = &self.plants[active.instance as usize];
+            (active.instance, plant.kind, seen_by.sight(plant.center, plant.radius))
+        }));
+    }
+
+    /// Gives the plants the counts of a budget.
+    fn take(&self, budget: &SharedBudget, selected: &mut [Active]) {
+        for (active, &count) in selected.iter_mut().zip(budget.counts()) {
+            let kind = &self.kinds[self.plants[active.instance as usize].kind as usize];
+            active.count = count;
+            active.far = kind.policy.far(count / kind.leaves.max(1) as f32);
         }
     }
 

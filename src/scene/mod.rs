@@ -15,7 +15,9 @@ mod ground;
 mod grove;
 mod lod;
 pub mod patch;
+mod portions;
 mod scatter;
+mod shared;
 
 pub use camera::{CameraEntry, Orbit, Station};
 pub use file::{MAX_PLANTS, ModelSource, PlantEntry, Planted, SceneFile, Sun};
@@ -23,4 +25,6 @@ pub use footing::Footing;
 pub use ground::GroundEntry;
 pub use grove::{Active, Grove, Kind, Placement};
 pub use lod::{Lod, Policy};
+pub use portions::{BudgetEntry, Portions};
 pub use scatter::{Scatter, Spot};
+pub use shared::SharedBudget;

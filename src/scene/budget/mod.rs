@@ -7,15 +7,15 @@
 //!                                                 budget, and with it the count of each plant
 //! ```
 //!
-//! After T. Funkhouser and C. Séquin, *Adaptive Display Algorithm for Interactive Frame Rates During
-//! Visualization of Complex Virtual Environments* (1993), who maximise the sum of benefits within a
-//! sum of costs, and E. Gobbetti and E. Bouvier, *Time-critical Multiresolution Scene Rendering*
-//! (1999), for whom detail is continuous and the problem convex. Here the errors are measured, and
-//! their curves are convex hulls, so that one number solves it: with n_i leaves of plant i at the
-//! cost c_i each, and its error E_i(n_i) on screen,
+//! After T. Funkhouser and C. Séquin, *Adaptive Display Algorithm for Interactive Frame Rates
+//! During Visualization of Complex Virtual Environments* (1993), who maximise the sum of benefits
+//! within a sum of costs, and E. Gobbetti and E. Bouvier, *Time-critical Multiresolution Scene
+//! Rendering* (1999), for whom detail is continuous and the problem convex. Here the errors are
+//! measured, and their curves are convex hulls, so that one number solves it: with n_i leaves of
+//! plant i at the cost c_i each, and its error E_i(n_i) on screen,
 //!
 //! ```text
-//! minimise sum E_i(n_i)^q  with  sum c_i n_i <= B:  n_i(mu) = leaves that take off more than mu c_i
+//! minimise sum E_i(n_i)^q with sum c_i n_i <= B:  n_i(mu) leaves take off more than mu c_i each
 //! ```
 //!
 //! and the sum of costs falls as mu rises. Curves at another size on screen are the same, times a

@@ -36,6 +36,7 @@ pub struct Splitter {
     octaves: Octaves,
     crowd: Crowd,
     steady: Steady,
+    last: Found,
 }
 
 impl Splitter {
@@ -53,7 +54,14 @@ impl Splitter {
 
     fn with_corners(curves: &[ErrorCurve], rule: Rule, corners: Corners) -> Self {
         let demands = rule.demands(curves, corners);
-        Self { rule, demands, octaves: Octaves::new(), crowd: Crowd::default(), steady: Steady::default() }
+        Self {
+            rule,
+            demands,
+            octaves: Octaves::new(),
+            crowd: Crowd::default(),
+            steady: Steady::default(),
+            last: Found::Floors(0.0),
+        }
     }
 
     /// The rule.
@@ -105,6 +113,15 @@ impl Splitter {
         self.spent(found, budget, [fixed, used])
     }
 
+    /// Replaces `counts` with those of other items by what the last budget was split by, whatever
+    /// they cost: of plants that are not seen themselves, but cast shadows. Plants that took part
+    /// in the split have the same counts, but for rounding. Without a split before, none has a
+    /// leaf.
+    pub fn repeat(&mut self, items: &[Item], counts: &mut Vec<f32>) {
+        self.prepare(items, 0.0);
+        self.crowd.count(&self.demands, self.last, u64::MAX, counts);
+    }
+
     /// Forgets the last frame, as after a cut.
     pub fn reset(&mut self) {
         self.steady = Steady::default();
@@ -120,7 +137,8 @@ impl Splitter {
         (fixed, budget_units(budget).saturating_sub(fixed))
     }
 
-    fn spent(&self, found: Found, asked: f64, [fixed, used]: [u64; 2]) -> Spent {
+    fn spent(&mut self, found: Found, asked: f64, [fixed, used]: [u64; 2]) -> Spent {
+        self.last = found;
         let (mu, floors) = match found {
             Found::Floors(part) => (libm::exp2(self.crowd.range()[1]), part),
             Found::Worth(bounds) if bounds.within < self.crowd.range()[0] => (0.0, 1.0),

@@ -316,6 +316,10 @@ pub struct Render {
     /// Error in pixels that the wood is drawn at; 0 draws all of it. By default 0.5.
     #[arg(long, value_name = "PX")]
     pub wood_error: Option<f32>,
+    /// Draw so many leaves in all, split among the plants of a scene so that the error that shows
+    /// is least, or by the rule of its `[budget]`.
+    #[arg(long, value_name = "leaves=N", value_parser = leaves)]
+    pub budget: Option<f64>,
     /// Rule for enlarging the leaves of a stochastic picture.
     #[arg(long, value_parser = variant::<AreaRule>(), default_value_t)]
     pub area: AreaRule,
@@ -460,4 +464,10 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     } else {
         Err(format!("each side must be 1 to {MAX_IMAGE_SIDE} pixels long"))
     }
+}
+
+/// Parses the amount of a budget.
+fn leaves(text: &str) -> Result<f64, String> {
+    let number = text.strip_prefix("leaves=").and_then(|number| number.parse::<f64>().ok());
+    number.filter(|leaves| (0.0..=1e12).contains(leaves)).ok_or_else(|| "leaves=N, such as leaves=500000".into())
 }

@@ -18,6 +18,7 @@ use foliage_lod::{
     effects::{Contrast, CrownNormals, Effects, Fade, FadeRule as Rule, Translucency, Wind},
     extract::{self, CookLambda, Far, LodPolicy, fewest_leaves, leaf_count},
     file,
+    scene::{BudgetEntry, budget::Spent},
     simplify::CpuFragments,
     stochastic::Stochastic,
     terrain::ERROR_PX,
@@ -34,10 +35,19 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     if scene::is_toml(&args.model) {
         scene::refuse(&args.not_for_scenes())?;
         let mut opened = Opened::open(&args.model, Some(&args.output), &mut steps)?;
+        if let Some(leaves) = args.budget {
+            let entry = opened.file.budget.unwrap_or(BudgetEntry::of_leaves(leaves));
+            opened.file.budget = Some(BudgetEntry { leaves, ..entry });
+        }
+        opened.measure(&mut steps)?;
         opened.file.tone &= args.tone == args::Switch::On;
         let all = opened.plants();
         let staging = opened.staging(args.seconds, args.size, args.method == Method::Full)?;
         return finish(args, &staging, all, &mut steps);
+    }
+    if args.budget.is_some() {
+        let allowed = "left out for a model: give a scene (.toml), or --leaves-count";
+        return Err(Error::invalid("--budget", "given", allowed).into());
     }
     let model = models::read(&args.model)?;
     let planting = planting(args, &model)?;
@@ -89,6 +99,10 @@ fn finish(
         drawing.place()
     );
     steps.done("draw", result)?;
+    if let Some(Spent { asked, used, mu, .. }) = staging.budget.filter(|_| !args.json) {
+        let [asked, used] = [asked, used].map(|leaves| HumanCount(leaves as u64));
+        output::line(format_args!("budget    {used} of {asked} leaves, at {mu:.2e} pixels a leaf"))?;
+    }
     let ground = drawing.prepared.ground;
     if ground.triangles > 0 && !args.json {
         output::line(format_args!("ground    {} triangles", HumanCount(ground.triangles.into())))?;
@@ -130,11 +144,17 @@ fn finish(
             "plants_by": far_json(&drawing.prepared.far),
             "impostor_frames_made": drawing.frames_made,
             "effects": effects,
+            "budget": staging.budget.map(budget_json),
             "adapter": drawing.adapter,
             "seconds": steps.total_seconds(),
         }))?;
     }
     Ok(())
+}
+
+/// What was spent of a budget.
+fn budget_json(spent: Spent) -> Value {
+    json!({ "unit": "leaves", "asked": spent.asked, "used": spent.used, "mu": spent.mu, "floors": spent.floors })
 }
 
 /// Numbers of plants by what they are drawn with.

@@ -1,7 +1,7 @@
 //! Opens scenes: loads or grows their models and stages their frames.
 
 use crate::{
-    baking,
+    baking, curves,
     failure::complain,
     models,
     output::Steps,
@@ -17,7 +17,9 @@ use foliage_lod::{
     effects::Effects,
     file,
     grow::{GrowOptions, Species, grow},
-    scene::{Active, Footing, Kind, ModelSource, Placement, Planted, SceneFile},
+    scene::{
+        Active, BudgetEntry, Footing, Kind, ModelSource, Placement, Planted, SceneFile, SharedBudget, budget::Spent,
+    },
     simplify::{CpuFragments, SimplifyOptions, simplify},
     software::{BakeOptions, mean_leaf_color},
     terrain::{HeightMap, Terrain},
@@ -64,6 +66,8 @@ pub struct Opened {
     /// Distance of the near plane.
     near: f64,
     active: Vec<Active>,
+    /// The scene's budget, and what was spent of it last.
+    budget: Option<(SharedBudget, Option<Spent>)>,
 }
 
 /// What lies under a scene's plants, read before its models are grown.
@@ -187,6 +191,7 @@ impl Opened {
             around,
             near,
             active,
+            budget: None,
         };
         opened.fill_grove()?;
         if opened.patches.has_tints() {
@@ -252,6 +257,19 @@ impl Opened {
         Ok(())
     }
 
+    /// Measures the error curves that the scene's budget goes by and that its models have not.
+    ///
+    /// # Errors
+    /// As [`curves::measure`].
+    pub fn measure(&mut self, steps: &mut Steps) -> std::result::Result<(), crate::failure::Failure> {
+        let models = self.models.iter_mut().filter(|model| model.curve.is_none());
+        for model in models.filter(|_| self.file.budget.is_some()) {
+            model.curve = Some(curves::measure(model)?);
+            steps.done("curve", format!("{}: {}", model.name, curves::summary(model)))?;
+        }
+        Ok(())
+    }
+
     /// Number of plants in the scene.
     pub fn plants(&self) -> usize {
         self.planted.len()
@@ -303,9 +321,28 @@ impl Opened {
         if self.terrain.is_some() { at.with_y(at.y.max(least)) } else { at }
     }
 
+    /// The budget that the scene asks for, in pictures of so many rows.
+    fn shared_budget(&self, entry: &BudgetEntry, height_px: u32) -> SharedBudget {
+        let far = self.look().ground.map_or(f64::from(f32::MAX), |ground| ground.haze);
+        let mut shared = SharedBudget::new(&self.models, entry.rule(height_px as f32, far), entry.leaves);
+        shared.far = self.file.far;
+        shared
+    }
+
+    /// What was spent of the budget, if there is one.
+    pub fn spent(&self) -> Option<Spent> {
+        self.budget.as_ref().and_then(|(_, spent)| *spent)
+    }
+
     /// Selects the plants in view, with all leaves if `full`, otherwise at their level of detail.
     pub fn shown(&mut self, camera: &Camera, full: bool) -> Vec<Shown> {
-        self.grove.select(camera, &mut self.active);
+        if self.budget.is_none() {
+            self.budget = self.file.budget.map(|entry| (self.shared_budget(&entry, camera.height_px), None));
+        }
+        match &mut self.budget {
+            Some((budget, spent)) => *spent = Some(self.grove.select_within(camera, budget, None, &mut self.active)),
+            None => self.grove.select(camera, &mut self.active),
+        }
         self.selected(full, camera.eye, Some(&Frustum::new(camera, DVec3::ZERO)))
     }
 
@@ -315,7 +352,10 @@ impl Opened {
         if effects.shadow.is_none() {
             return Vec::new();
         }
-        self.grove.select_all(camera, &mut self.active);
+        match &mut self.budget {
+            Some((budget, _)) => self.grove.select_all_within(camera, budget, &mut self.active),
+            None => self.grove.select_all(camera, &mut self.active),
+        }
         self.selected(full, camera.eye, None)
     }
 
@@ -350,8 +390,8 @@ impl Opened {
         let plants = self.shown(&camera, full);
         let effects = self.file.effects;
         let casters = self.casters(&camera, full, &effects);
-        let (look, terrain) = (self.look(), self.terrain.clone());
-        Ok(Staging { look, terrain, models: &self.models, plants, casters, camera, seconds })
+        let (look, terrain, budget) = (self.look(), self.terrain.clone(), self.spent());
+        Ok(Staging { look, terrain, budget, models: &self.models, plants, casters, camera, seconds })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Contents of a picture: models, their plants, a camera and a look.
 
 use crate::planting::Planting;
-use foliage_lod::{Camera, FoliageModel, Look, terrain::Terrain};
+use foliage_lod::{Camera, FoliageModel, Look, scene::budget::Spent, terrain::Terrain};
 use glam::{DAffine3, Vec3};
 use std::sync::Arc;
 
@@ -19,6 +19,8 @@ pub struct Staging<'a> {
     pub look: Look,
     /// Ground with heights or colours.
     pub terrain: Option<Arc<Terrain>>,
+    /// What was spent of the scene's budget, if it has one.
+    pub budget: Option<Spent>,
     /// Time of the animation in seconds.
     pub seconds: f64,
 }
@@ -60,6 +62,15 @@ impl<'a> Staging<'a> {
         });
         let models = std::slice::from_ref(model);
         let camera = planting.camera.camera(height_px);
-        Self { models, plants: plants.collect(), casters: Vec::new(), camera, look, terrain: None, seconds }
+        Self {
+            models,
+            plants: plants.collect(),
+            casters: Vec::new(),
+            camera,
+            look,
+            terrain: None,
+            budget: None,
+            seconds,
+        }
     }
 }
