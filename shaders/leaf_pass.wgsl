@@ -54,6 +54,7 @@ struct Drawn {
     look: Look,
     pivot: vec3<f32>,
     scale: f32,
+    turn: LeafTurn,
     // First corner of the quad, and which quad of the leaf it is.
     first: u32,
     nth: u32,
@@ -82,7 +83,8 @@ fn drawn_corner(corner_in_run: u32, item: vec2<u32>) -> Drawn {
     let pivot = grid_point(leaf.pivot_xy, leaf.pivot_z_seed, packing.grid_step, look);
     let scale = drawn_scale(number, leaf.first_event, leaves[number + 1u].first_event, instance) * instance.leaf_scale;
     return Drawn(
-        true, item.x, instance, number, leaf, look, pivot, scale, 4u * quad, of_leaf.y, from_first % sides, is_trimmed,
+        true, item.x, instance, number, leaf, look, pivot, scale, leaf_turn(number, pivot, item.x), 4u * quad, of_leaf.y,
+        from_first % sides, is_trimmed,
     );
 }
 
@@ -115,7 +117,7 @@ fn leaf_surface(drawn: Drawn, word: u32, clip_from_anchor: mat4x4<f32>) -> Surfa
 }
 
 fn moved_corner(corner: Corner, drawn: Drawn) -> Moved {
-    return moved_leaf(drawn.pivot, corner.offset * drawn.scale, corner.normal, drawn.number, drawn.item);
+    return moved_leaf(drawn.pivot, corner.offset * drawn.scale, corner.normal, drawn.turn);
 }
 
 fn quad_corner(at: u32, drawn: Drawn) -> Corner {

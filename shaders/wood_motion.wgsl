@@ -3,9 +3,10 @@
 
 @vertex
 fn wood_motion(corner: WoodCorner) -> Moving {
-    let vertex = wood_vertex(corner, instances[corner.instance].wood_error);
+    let error = instances[corner.instance].wood_error;
+    let then = frame.plants + corner.instance;
     return moving(
-        wood_surface(corner.instance, vertex, frame.clip_from_anchor),
-        wood_surface(frame.plants + corner.instance, vertex, frame.clip_from_anchor_before),
+        wood_surface(corner.instance, wood_vertex(corner, error, corner.instance), frame.clip_from_anchor),
+        wood_surface(then, wood_vertex(corner, error, then), frame.clip_from_anchor_before),
     );
 }

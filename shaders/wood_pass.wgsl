@@ -4,6 +4,8 @@
 // A vertex of the wood.
 struct WoodVertex {
     rest: vec3<f32>,
+    // Displacement by the wind.
+    shift: vec3<f32>,
     // How far from there it is drawn.
     widened: vec3<f32>,
     normal: vec3<f32>,
@@ -18,7 +20,7 @@ struct WoodVertex {
 
 @vertex
 fn wood_corner(corner: WoodCorner) -> Surface {
-    let vertex = wood_vertex(corner, instances[corner.instance].wood_error);
+    let vertex = wood_vertex(corner, instances[corner.instance].wood_error, corner.instance);
     return wood_surface(corner.instance, vertex, frame.clip_from_anchor);
 }
 
@@ -26,8 +28,8 @@ fn wood_corner(corner: WoodCorner) -> Surface {
 fn wood_surface(number: u32, vertex: WoodVertex, clip_from_anchor: mat4x4<f32>) -> Surface {
     let instance = instances[number];
     var surface = surface_of(number, instance);
-    let thin = clip_from_anchor * vec4(in_anchor_space(moved_wood(vertex.rest, number), instance), 1.0);
-    surface.position_local = moved_wood(vertex.rest + vertex.widened, number);
+    let thin = clip_from_anchor * vec4(in_anchor_space(vertex.rest + vertex.shift, instance), 1.0);
+    surface.position_local = vertex.rest + vertex.widened + vertex.shift;
     surface.clip = clip_from_anchor * vec4(in_anchor_space(surface.position_local, instance), 1.0);
     surface.clip.z = select(surface.clip.z, thin.z / thin.w * surface.clip.w, any(vertex.widened != vec3(0.0)));
     surface.uv = vertex.uv;

@@ -29,7 +29,8 @@ struct Stem {
 @group(0) @binding(15) var<storage, read> stems: array<Stem>;
 
 // The vertex on its way at an error: where it is, and those that it slides to one after another.
-fn wood_vertex(corner: WoodCorner, error: f32) -> WoodVertex {
+// They may be on different limbs; `number` is the record whose wind moves them.
+fn wood_vertex(corner: WoodCorner, error: f32, number: u32) -> WoodVertex {
     let own = looks[wood[corner.vertex].look];
     var vertex: WoodVertex;
     vertex.share = 1.0;
@@ -46,9 +47,14 @@ fn wood_vertex(corner: WoodCorner, error: f32) -> WoodVertex {
         if here > 0.0 {
             let look = looks[bits.look];
             let normal = normal_of(bits.position_z_normal);
-            vertex.rest += here * grid_point(bits.position_xy, bits.position_z_normal, packing.wood_step, look);
-            vertex.widened += here * widening(bits.stem_threshold & 0xffffu, error) * normal;
-            vertex.normal += here * normal;
+            let stem = bits.stem_threshold & 0xffffu;
+            let rest = grid_point(bits.position_xy, bits.position_z_normal, packing.wood_step, look);
+            let carry = stem_carry(stem, rest, number);
+            let turned = turned_by(carry, normal);
+            vertex.rest += here * rest;
+            vertex.shift += here * carried_by(carry, rest);
+            vertex.widened += here * widening(stem, error) * turned;
+            vertex.normal += here * turned;
             vertex.uv += here * uv_of(bits.uv, look);
             vertex.color += here * look.color;
         }

@@ -8,15 +8,17 @@ struct WoodCorner {
 }
 
 // Stems thinner than `least` are drawn at that width.
-fn wood_vertex(corner: WoodCorner, least: f32) -> WoodVertex {
+fn wood_vertex(corner: WoodCorner, least: f32, number: u32) -> WoodVertex {
     let packed = corner.packed;
     let has_width = packing.widths_in_looks == 0u;
     let look = looks[select(packed.w, packed.w & 0xffffu, has_width)];
     let size = exp2(f32((packed.w >> 16u) & 0x7fffu) / WIDTH_STEPS + LEAST_WIDTH) * packing.wood_step;
     let width = select(look.size, select(size, -size, packed.w >> 31u == 1u), has_width);
     let normal = normal_of(packed.y);
+    let rest = grid_point(packed.x, packed.y, packing.wood_step, look);
     return WoodVertex(
-        grid_point(packed.x, packed.y, packing.wood_step, look),
+        rest,
+        carried_by(still_carry(rest, number), rest),
         normal * (0.5 * max(least - abs(width), 0.0)),
         normal,
         uv_of(packed.z, look),

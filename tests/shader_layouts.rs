@@ -108,7 +108,12 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     assert_layout!(&module, Tone, "Tone", [mean, kept]);
     let tinted = Look { tints: true, ..look };
     assert_layout!(&parsed(&shaders::leaf_pass(&tinted, all)), Tint, "Tint", [factor, added]);
-    assert_layout!(&module, Sway, "Sway", [bend, height, along, base, axis, radius, branches, phases, flutter]);
+    assert_layout!(
+        &module,
+        Sway,
+        "Sway",
+        [bend, height, along, base, axis, radius, branches, phases, flutter, clock, limbs]
+    );
     assert_layout!(&module, PackedCorner, "LeafCorner", [offset_xy, offset_z_normal, uv]);
     assert_layout!(&module, PackedLeaf, "LeafRecord", [pivot_xy, pivot_z_seed, first_event, color_look]);
     assert_layout!(&module, Event, "Event", [leaf, scale]);
@@ -189,6 +194,7 @@ fn every_binding_has_the_number_that_rust_gives_it() {
         ("instances", FRAME, INSTANCES),
         ("scales", FRAME, SCALES),
         ("frame", FRAME, SHARED),
+        ("limbs", MODEL, LIMBS),
         ("tones", EFFECTS, TONES),
         ("sways", EFFECTS, SWAYS),
         ("shadow_map", EFFECTS, SHADOW_MAP),
@@ -225,10 +231,10 @@ fn an_effect_that_is_off_is_not_in_the_shader() {
     let globals = |variant| {
         let module = parsed(&shaders::leaf_pass(&look, variant));
         let names = module.global_variables.iter().filter_map(|(_, global)| global.name.clone());
-        names.filter(|name| ["tones", "sways"].contains(&name.as_str())).collect::<Vec<_>>()
+        names.filter(|name| ["tones", "sways", "limbs"].contains(&name.as_str())).collect::<Vec<_>>()
     };
     assert!(globals(Variant::default()).is_empty());
     assert!(globals(Variant { alpha: true, ..Variant::default() }).is_empty());
     assert_eq!(globals(Variant { contrast: true, ..Variant::default() }), ["tones"]);
-    assert_eq!(globals(Variant { wind: true, ..Variant::default() }), ["sways"]);
+    assert_eq!(globals(Variant { wind: true, ..Variant::default() }), ["sways", "limbs"]);
 }

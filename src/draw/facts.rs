@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     bounds::{Aabb, largest_scale},
-    effects::wind::Shape,
+    effects::{Limbs, wind::Shape},
     model::{FoliageModel, Framing, Leaf},
 };
 use glam::{DVec3, Vec3};
@@ -95,6 +95,11 @@ fn shown_by(framing: &Framing) -> (DVec3, f64) {
 }
 
 impl ModelFacts {
+    /// The facts of a model whose limbs, if it has any, move in the wind.
+    pub fn with_limbs(self, limbs: Option<&Limbs>) -> Self {
+        Self { shape: Shape { limbs: limbs.map(Limbs::reach), ..self.shape }, ..self }
+    }
+
     /// The facts of a model whose impostor is made while its plants are drawn.
     #[cfg(feature = "render")]
     pub(crate) fn with_live(self, framing: &Framing) -> Self {

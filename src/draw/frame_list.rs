@@ -162,8 +162,9 @@ pub struct FrameList {
     faded: u32,
     /// Records and sways of the plants in the previous frame; appended to this frame's at the end.
     before: (Vec<InstanceRecord>, Vec<Sway>),
-    /// Records in the order of the instances.
+    /// Records in the order of the instances, and the shares of the motion of limbs.
     unsorted: Vec<InstanceRecord>,
+    limb_shares: Vec<[f32; 2]>,
     order: Vec<Listed>,
     /// Room to sort in.
     spare: Vec<Listed>,
@@ -188,6 +189,7 @@ impl Default for FrameList {
             faded: 0,
             before: Default::default(),
             unsorted: Vec::new(),
+            limb_shares: Vec::new(),
             order: Vec::new(),
             spare: Vec::new(),
             fading: Vec::new(),
@@ -241,6 +243,7 @@ impl FrameList {
     fn list(&mut self, look: &Look, models: &Facts, eye: &Eye, instances: &[Instance]) {
         self.order.clear();
         self.unsorted.clear();
+        self.limb_shares.clear();
         for (number, instance) in (0..).zip(instances) {
             let Some(model) = models.get(instance.model) else { continue };
             let Some(place) = eye.place(model, instance) else { continue };
@@ -249,6 +252,9 @@ impl FrameList {
                 let reach = wind.reach(&model.shape, model.leaf_reaches[n] * instance.leaf_scale);
                 f64::from(reach) * place.pixels_per_unit > 0.5
             });
+            let shares = look.effects.wind.filter(|_| moves);
+            let shares = shares.map(|wind| wind.limb_shares(&model.shape, place.pixels_per_unit));
+            self.limb_shares.extend(look.effects.wind.map(|_| shares.unwrap_or_default()));
             let far = look.far.filter(|_| model.impostor.is_some());
             let diameter_px = if far.is_some() { eye.diameter_px(model, instance) } else { f32::INFINITY };
             let share = far.map_or(0.0, |far| far.share_of(diameter_px, instance.seed, instance.far));
@@ -312,6 +318,7 @@ impl FrameList {
         } += plants;
         for i in range {
             let Listed { key, instance, record } = self.order[i];
+            let shares = self.limb_shares.get(record as usize).copied().unwrap_or_default();
             let (instance, record) = (&instances[instance as usize], self.unsorted[record as usize]);
             let at = self.records.len() as u32;
             let drawn = if is_impostor || variant.handover { handover::leaves(record.drawn) } else { record.drawn };
@@ -330,13 +337,16 @@ impl FrameList {
                 self.tints.push(tints.of(instance, instance.world_from_plant.transform_point3(model.center)));
             }
             if let Some([now, _]) = moments {
-                self.sways.push(now.sway(&model.shape, &instance.world_from_plant));
+                self.sways.push(now.sway(&model.shape, &instance.world_from_plant).with_limbs(shares));
+                if model.shape.limbs.is_some() && !is_impostor {
+                    prepared.effects.add_limbs(shares);
+                }
             }
             if let Some(before) = &eye.before {
                 let placed = [instance.before.as_ref(), Some(&instance.world_from_plant)];
                 let placed = placed.map(|placed| placed.unwrap_or(&instance.world_from_plant));
                 self.before.0.push(before.record(model, placed, &record));
-                self.before.1.extend(moments.map(|[_, then]| then.sway(&model.shape, placed[0])));
+                self.before.1.extend(moments.map(|[_, then]| then.sway(&model.shape, placed[0]).with_limbs(shares)));
             }
             self.records.push(record);
             let corners = if is_impostor { 0 } else { model.stems.corners(parts_of(key).cut) };

@@ -19,6 +19,8 @@ pub(crate) mod handover;
 pub(crate) mod instance;
 pub(crate) mod landscape;
 pub(crate) mod light;
+#[cfg(feature = "render")]
+pub(crate) mod limb_texels;
 #[cfg_attr(not(feature = "render"), expect(dead_code, reason = "only renderers that keep frames make them"))]
 pub(crate) mod live;
 pub(crate) mod look;

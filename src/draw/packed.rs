@@ -66,6 +66,8 @@ pub(crate) struct Packed {
     pub(crate) sliding: Vec<SlidingWood>,
     pub(crate) stems: Vec<StemRecord>,
     pub(crate) wood_indices: Vec<u32>,
+    /// Texels of the limbs and their columns and rows; `None` without wind.
+    pub(crate) limbs: Option<(Vec<[u32; 4]>, [u32; 2])>,
 }
 
 impl Packed {

@@ -458,6 +458,9 @@ pub mod bindings {
     /// Storage: stems of wood that slides.
     pub const STEMS: u32 = 15;
 
+    /// Texture: limbs of the model, in the wind alone. Wood that slides has it too.
+    pub const LIMBS: u32 = 16;
+
     /// Uniform: the impostor. An impostor has a group of its own in place of the model's.
     pub const IMPOSTOR: u32 = 10;
     /// Texture array of colour and coverage.

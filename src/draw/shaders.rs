@@ -32,6 +32,9 @@ use crate::{
 /// other: a crown of 322 cards at 96 radii covers 6 to 8 % too much, with whole pixels 14 %.
 const FINER_LEVELS: f32 = 2.0;
 
+/// Texels in a row of the texture of limbs.
+pub(super) const LIMB_COLUMNS: u32 = 256;
+
 /// Vertices of the passes that cover the whole picture.
 const COVER: &str = include_str!("../../shaders/cover.wgsl");
 
@@ -196,6 +199,8 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_vec3("BRANCH_WAVE_UP", wind::BRANCH_WAVES[1])
         .constant_f32("BRANCH_LIFT", wind::BRANCH_LIFT)
         .constant_f32("BEND_DESCENT", wind::BEND_DESCENT)
+        .constant_f32("LIMB_LEAN", wind::LIMB_LEAN)
+        .constant_u32("LIMB_COLUMNS", LIMB_COLUMNS)
         .constant_f32("FLUTTER_SHARE_A", wind::FLUTTER_SHARES[0])
         .constant_f32("FLUTTER_SHARE_B", wind::FLUTTER_SHARES[1])
         .constant_f32("FLUTTER_TILT", wind::FLUTTER_TILT)
@@ -237,11 +242,18 @@ fn kept_at(scale: f32) -> f32 { return 1.0; }
 fn toned(color: vec3<f32>, surface: Surface) -> vec3<f32> { return color; }
 ";
 const NO_WIND: &str = "\
+struct Carry { nothing: u32 }
+struct LeafTurn { nothing: u32 }
 fn sway_reach(instance: u32) -> f32 { return 0.0; }
 fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> { return rest; }
-fn moved_leaf(pivot: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, leaf: u32, instance: u32) -> Moved {
+fn moved_leaf(pivot: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, turn: LeafTurn) -> Moved {
     return Moved(pivot + offset, normal);
 }
+fn carried_by(carry: Carry, point: vec3<f32>) -> vec3<f32> { return vec3(0.0); }
+fn turned_by(carry: Carry, v: vec3<f32>) -> vec3<f32> { return v; }
+fn still_carry(point: vec3<f32>, instance: u32) -> Carry { return Carry(0u); }
+fn stem_carry(stem: u32, point: vec3<f32>, instance: u32) -> Carry { return Carry(0u); }
+fn leaf_turn(leaf: u32, pivot: vec3<f32>, instance: u32) -> LeafTurn { return LeafTurn(0u); }
 ";
 
 /// What moves shaded colours of leaves towards their mean.

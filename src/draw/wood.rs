@@ -1,7 +1,13 @@
 //! Wood of a model in the order in which it loses detail: what drawers on the CPU and on the GPU
 //! have in common, so that both show the same.
 
+#[cfg(feature = "software")]
+use super::look::Look;
+#[cfg(feature = "software")]
+use crate::effects::Limbs;
 use crate::{model::FoliageModel, wood::WoodOrder};
+#[cfg(feature = "software")]
+use glam::DVec3;
 
 /// Steps of the wood's error per octave. Plants at the same step are drawn at once.
 const STEPS_PER_OCTAVE: f32 = 8.0;
@@ -16,6 +22,12 @@ pub(crate) const MOST_STEMS: usize = 1 << 16;
 /// The order that a model's wood is drawn by, if there is one.
 pub(crate) fn order_of(model: &FoliageModel) -> Option<&WoodOrder> {
     model.wood_order.as_ref().filter(|order| order.stems.len() <= MOST_STEMS)
+}
+
+/// The limbs that the wind moves, if there are any; `origin` as for [`Limbs::new`].
+#[cfg(feature = "software")]
+pub(crate) fn limbs_of(model: &FoliageModel, look: &Look, origin: DVec3) -> Option<Limbs> {
+    look.effects.wind.and_then(|_| Limbs::new(model, order_of(model)?, origin))
 }
 
 /// Number of the step of an error, rounded down, and the error that it stands for: 0 for none.

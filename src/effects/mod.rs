@@ -5,13 +5,15 @@
 //! effect is simulated only where it is visible; [`Count`] records how often.
 
 mod fade;
+pub(crate) mod limbs;
 pub(crate) mod sky;
 mod switch;
 pub(crate) mod wind;
 
 pub use fade::{Fade, FadeBy, Rule as FadeRule};
+pub use limbs::{Carry, Limbs};
 pub use sky::{Daylight, Dome, Sky};
-pub use wind::{Moment, Shape as WindShape, Sway, Wind};
+pub use wind::{LimbReach, Moment, Shape as WindShape, Sway, Wind};
 
 use crate::{
     Result,
@@ -152,6 +154,9 @@ pub struct Counts {
     pub crown_normals: Option<Count>,
     /// Plants that move by more than half a pixel; skips the others.
     pub wind: Option<Count>,
+    /// Plants with limbs on which a level of them moves by more than half a pixel, for levels 1 and
+    /// 2; skips the other plants with limbs. `None` without any.
+    pub wind_limbs: Option<[Count; 2]>,
     /// All plants.
     pub translucency: Option<Count>,
     /// Plants whose shadow can reach the view; skips the others.
@@ -169,6 +174,7 @@ impl Counts {
             contrast: zero(effects.contrast.is_some()),
             crown_normals: zero(effects.crown_normals.is_some()),
             wind: zero(effects.wind.is_some()),
+            wind_limbs: None,
             translucency: zero(effects.translucency.is_some()),
             shadow: zero(effects.shadow.is_some()),
             sky: effects.sky.map(|_| Count { simulated: 1, skipped: 0 }),
@@ -179,6 +185,13 @@ impl Counts {
     pub fn add_plant(&mut self) {
         let counts = [&mut self.contrast, &mut self.crown_normals, &mut self.wind, &mut self.translucency];
         counts.into_iter().flatten().for_each(|count| count.add(true));
+    }
+
+    /// Counts one plant of a model with limbs, of which each level moves with a share of its
+    /// motion.
+    pub fn add_limbs(&mut self, shares: [f32; 2]) {
+        let counts = self.wind_limbs.get_or_insert_default();
+        counts.iter_mut().zip(shares).for_each(|(count, share)| count.add(share > 0.0));
     }
 
     /// Adds the leaves of one plant to the fade count.
@@ -198,11 +211,14 @@ impl Counts {
 
     /// Names and counts of the enabled effects.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, Count)> {
+        let limbs = |level: usize| self.wind_limbs.map(|counts| counts[level]);
         [
             ("fade", self.fade),
             ("contrast", self.contrast),
             ("crown_normals", self.crown_normals),
             ("wind", self.wind),
+            ("wind_limbs_1", limbs(0)),
+            ("wind_limbs_2", limbs(1)),
             ("translucency", self.translucency),
             ("shadow", self.shadow),
             ("sky", self.sky),

@@ -5,12 +5,14 @@
 //! [`PERIOD`] seconds, and phases are reduced in `f64`, so the motion at 10^7 s matches that of the
 //! first minutes to every digit that matters.
 //!
-//! One smooth displacement field over the plant's space moves the trunk, the branches and the
-//! pivots of leaves, so leaves stay on their twigs. The rotation of a leaf about its pivot depends
-//! only on its index in the model and on the plant's sway, never on the number of drawn leaves.
+//! The trunk bends by a smooth displacement field over height, which all of the plant follows. Two
+//! levels of branches turn about their feet on top of it ([`Limbs`](super::Limbs)), if the model
+//! tells its stems. Other models have a second displacement field in their place, by which
+//! neighbouring branches sway alike. Leaves ride on their branches; the rotation of a leaf about
+//! its pivot depends only on its index in the model and on the plant's sway, never on the number of
+//! drawn leaves.
 //!
-//! Limits: the trunk is the plant's own +Y axis. Branches are not distinguished: neighbouring
-//! branches sway alike. An enlarged leaf turns as one piece.
+//! Limits: the trunk is the plant's own +Y axis. An enlarged leaf turns as one piece.
 
 use crate::{Result, bounds::Aabb, error::check_range, hash::HASH_MULTIPLIER};
 use glam::{DAffine3, DVec3, Quat, Vec3};
@@ -52,6 +54,11 @@ pub(crate) const BEND_DESCENT: f32 = 2.0 / 3.0;
 pub(crate) const BRANCH_WAVES: [Vec3; 2] = [Vec3::new(0.45, 0.25, 0.35), Vec3::new(-0.3, 0.4, 0.55)];
 /// Amplitude of vertical branch sway as a share of the sway along the wind, which dominates.
 pub(crate) const BRANCH_LIFT: f32 = 0.6;
+/// Mean of a limb's swing along the wind, as a share of its amplitude: limbs lean downwind.
+pub(crate) const LIMB_LEAN: f32 = 0.3;
+/// Motion in pixels up to which a level of limbs is not simulated, and that from which on it moves
+/// in full: between them its motion fades.
+const LIMB_PX: [f64; 2] = [0.5, 1.0];
 /// Weights of the two leaf waves. They add up to 1, so that `flutter` is the largest turn.
 pub(crate) const FLUTTER_SHARES: [f32; 2] = [0.6, 0.4];
 /// Vertical part of a leaf's turning axis, where the horizontal part is 1: leaves mostly nod.
@@ -69,7 +76,8 @@ pub struct Wind {
     pub strength: f32,
     /// Amplitude of the gusts, as a share of the mean wind: 0 to 1.
     pub gustiness: f32,
-    /// Sway of the outermost branches, over the plant's height: 0 to 0.02.
+    /// Sway of the outermost branches at mean wind, both levels together, over the plant's height:
+    /// 0 to 0.02.
     pub branches: f32,
     /// Largest turn of a leaf at mean wind, in degrees: 0 to 90.
     pub flutter: f32,
@@ -96,9 +104,11 @@ impl Wind {
 
     /// State of the wind at `seconds`, which may be any finite number.
     pub fn at(self, seconds: f64) -> Moment {
-        let cycles = |count: f64| phase(count * (seconds.rem_euclid(PERIOD) / PERIOD));
+        let clock = seconds.rem_euclid(PERIOD) / PERIOD;
+        let cycles = |count: f64| phase(count * clock);
         Moment {
             wind: self,
+            clock: phase(clock),
             gusts: GUSTS.map(cycles),
             trunk: cycles(TRUNK),
             phases: [BRANCHES[0], BRANCHES[1], LEAVES[0], LEAVES[1]].map(cycles),
@@ -112,10 +122,33 @@ impl Wind {
         let bend = self.strength * gust * (1.0 + TRUNK_SWING as f32);
         // Sideways, and down by the height lost to the bend.
         let trunk = shape.height * bend.hypot(BEND_DESCENT * bend * bend);
-        let branches = shape.height * self.branches * gust * 1.0_f32.hypot(BRANCH_LIFT);
-        let turn = (self.flutter.to_radians() * gust).min(std::f32::consts::PI);
-        let chord = 2.0 * (0.5 * turn).sin() * leaf_reach;
-        trunk + branches + chord
+        let branches = self.largest_sway(shape);
+        let flutter = (self.flutter.to_radians() * gust).min(std::f32::consts::PI);
+        let chord = 2.0 * (0.5 * flutter).sin() * leaf_reach;
+        let Some(limbs) = shape.limbs else { return trunk + branches + chord };
+        // The second level is turned with the slope of the trunk too, and rides on the first.
+        let slope = 2.0 * bend;
+        let turns = limbs.turns.map(|turn| branches * turn);
+        let second = trunk * limbs.lean + branches * limbs.sways[1];
+        let carried = branches * limbs.sways[0] + second * (1.0 + turns[0]);
+        carried + chord + (turns[0] + turns[1] + slope) * leaf_reach
+    }
+
+    /// Largest displacement of the outermost branches, in plant units.
+    fn largest_sway(&self, shape: &Shape) -> f32 {
+        shape.height * self.branches * (1.0 + self.gustiness) * 1.0_f32.hypot(BRANCH_LIFT)
+    }
+
+    /// Share, from 0 to 1, of its motion that each level of limbs is simulated with on a plant of
+    /// which a unit covers so many pixels: 0 up to half a pixel of motion at the strongest gust, 1
+    /// from one pixel on. 0 for a plant without limbs.
+    pub fn limb_shares(&self, shape: &Shape, pixels_per_unit: f64) -> [f32; 2] {
+        let Some(limbs) = shape.limbs else { return [0.0; 2] };
+        let [least, full] = LIMB_PX;
+        limbs.sways.map(|sway| {
+            let motion_px = f64::from(self.largest_sway(shape) * sway) * pixels_per_unit;
+            ((motion_px - least) / (full - least)).clamp(0.0, 1.0) as f32
+        })
     }
 }
 
@@ -129,6 +162,8 @@ fn phase(cycles: f64) -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
     wind: Wind,
+    /// Part of the period that has passed.
+    clock: f64,
     gusts: [f64; 3],
     trunk: f64,
     /// Phases of the two branch waves and the two leaf waves.
@@ -136,7 +171,8 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// Motion of a plant at the position and orientation of `world_from_plant`.
+    /// Motion of a plant at the position and orientation of `world_from_plant`, all levels of limbs
+    /// in full.
     pub fn sway(&self, shape: &Shape, world_from_plant: &DAffine3) -> Sway {
         let angle = f64::from(self.wind.direction).to_radians();
         let along = DVec3::new(angle.cos(), 0.0, angle.sin());
@@ -161,7 +197,8 @@ impl Moment {
             branches: self.wind.branches * gust as f32 * shape.height,
             phases: self.phases.map(|cycles| phase(cycles + own) as f32),
             flutter: self.wind.flutter.to_radians() * gust as f32,
-            padding: [0.0; 3],
+            clock: shape.limbs.map_or(NO_LIMBS, |_| phase(self.clock + own) as f32),
+            limbs: shape.limbs.map_or([0.0; 2], |_| [1.0; 2]),
         }
     }
 }
@@ -177,10 +214,25 @@ pub struct Shape {
     pub axis: [f32; 2],
     /// Distance from the trunk to the outermost branches.
     pub radius: f32,
+    /// How far limbs move; `None` for a plant whose branches follow a displacement field.
+    pub limbs: Option<LimbReach>,
+}
+
+/// How far the limbs of a plant move, for a [sway of the outermost branches](Wind::branches) of 1.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LimbReach {
+    /// Largest displacement at each level, relative to what it grows on.
+    pub sways: [f32; 2],
+    /// Largest turn at each level, in radians per unit of length.
+    pub turns: [f32; 2],
+    /// Largest displacement by the bend of the trunk, over that of the plant's top: what is on a
+    /// limb of level 2 is turned with the slope at its foot.
+    pub lean: f32,
 }
 
 impl Shape {
-    /// Shape of a plant with the bounding box `bounds`. The trunk is assumed to be at its centre.
+    /// Shape of a plant with the bounding box `bounds`, without limbs. The trunk is assumed to be
+    /// at its centre.
     pub fn new(bounds: &Aabb) -> Self {
         let (center, size) = (bounds.center().as_vec3(), bounds.size());
         Self {
@@ -188,9 +240,13 @@ impl Shape {
             height: size.y.max(f32::MIN_POSITIVE),
             axis: [center.x, center.z],
             radius: (0.5 * size.x.max(size.z)).max(f32::MIN_POSITIVE),
+            limbs: None,
         }
     }
 }
+
+/// [`Sway::clock`] of a plant without limbs.
+const NO_LIMBS: f32 = -1.0;
 
 /// Motion of one plant at one time, as read by `wind.wgsl`.
 #[repr(C)]
@@ -214,31 +270,57 @@ pub struct Sway {
     pub phases: [f32; 4],
     /// Largest turn of a leaf, in radians.
     pub flutter: f32,
-    /// Pads the struct to a multiple of 16 bytes.
-    pub padding: [f32; 3],
+    /// Part of the wind's period that has passed for the plant's limbs, from 0 up to 1; below 0 for
+    /// a plant without limbs.
+    pub clock: f32,
+    /// Share, from 0 to 1, of its motion that each level of limbs is simulated with; see
+    /// [`Wind::limb_shares`].
+    pub limbs: [f32; 2],
 }
 
 impl Sway {
-    /// Displacement of a point of the trunk or branches, or of a leaf's pivot.
-    pub fn offset(&self, point: Vec3) -> Vec3 {
-        let height = ((point.y - self.base) / self.height).clamp(0.0, 1.0);
+    /// Whether branches are limbs.
+    pub(super) fn has_limbs(&self) -> bool {
+        self.clock >= 0.0
+    }
+
+    /// The motion with a share of that of each level of limbs.
+    pub fn with_limbs(self, shares: [f32; 2]) -> Self {
+        Self { limbs: if self.has_limbs() { shares } else { [0.0; 2] }, ..self }
+    }
+
+    /// Height over the ground, as a part of the plant's.
+    pub(super) fn height_of(&self, y: f32) -> f32 {
+        ((y - self.base) / self.height).clamp(0.0, 1.0)
+    }
+
+    /// Displacement by the bend of the trunk at a y coordinate.
+    pub(super) fn bent(&self, y: f32) -> Vec3 {
+        let height = self.height_of(y);
         let bend = Vec3::from(self.bend);
         // Bending preserves the trunk's length, so sideways displacement lowers the top.
         let lowered = BEND_DESCENT * bend.length_squared() / self.height * height.powi(3);
+        bend * (height * height) - Vec3::Y * lowered
+    }
+
+    /// Displacement of a point of the trunk and, without limbs, of a branch or a leaf's pivot.
+    pub fn offset(&self, point: Vec3) -> Vec3 {
+        if self.has_limbs() {
+            return self.bent(point.y);
+        }
         let out = Vec3::new(point.x - self.axis[0], 0.0, point.z - self.axis[1]) / self.radius;
-        let reach = self.branches * out.length().min(1.0) * height;
+        let reach = self.branches * out.length().min(1.0) * self.height_of(point.y);
         let place = (point - Vec3::new(self.axis[0], self.base, self.axis[1])) / self.height;
         let wave = |i: usize| ((self.phases[i] - place.dot(BRANCH_WAVES[i])) * TAU).sin();
-        bend * (height * height) - Vec3::Y * lowered
-            + Vec3::from(self.along) * (reach * wave(0))
-            + Vec3::Y * (reach * BRANCH_LIFT * wave(1))
+        self.bent(point.y) + Vec3::from(self.along) * (reach * wave(0)) + Vec3::Y * (reach * BRANCH_LIFT * wave(1))
     }
 
     /// Upper bound on the length of [`offset`](Self::offset).
     pub fn reach(&self) -> f32 {
         let bend = Vec3::from(self.bend).length();
         let lowered = BEND_DESCENT * bend * bend / self.height;
-        bend.hypot(lowered) + self.branches.abs() * 1.0_f32.hypot(BRANCH_LIFT)
+        let branches = if self.has_limbs() { 0.0 } else { self.branches.abs() * 1.0_f32.hypot(BRANCH_LIFT) };
+        bend.hypot(lowered) + branches
     }
 
     /// Rotation of a leaf about its pivot; `leaf` is its index in the model.
@@ -262,7 +344,7 @@ fn leaf_phases(leaf: u32) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    const SHAPE: Shape = Shape { base: -4.0, height: 10.0, axis: [0.5, -0.25], radius: 3.0 };
+    const SHAPE: Shape = Shape { base: -4.0, height: 10.0, axis: [0.5, -0.25], radius: 3.0, limbs: None };
 
     fn points() -> impl Iterator<Item = Vec3> {
         (0..500).map(|i| {

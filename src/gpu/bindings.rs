@@ -14,7 +14,7 @@ pub(super) fn layouts(device: &wgpu::Device, look: &Look) -> Vec<wgpu::BindGroup
     let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
     let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
     let [textures, sampler] = TEXTURE_BINDINGS;
-    let model = [
+    let mut model = vec![
         (CROWN, vertex | fragment, uniform),
         (MATERIALS, fragment, storage),
         (TEXTURES, vertex | fragment, textures),
@@ -32,6 +32,7 @@ pub(super) fn layouts(device: &wgpu::Device, look: &Look) -> Vec<wgpu::BindGroup
     if effects.contrast.is_some() {
         of_effects.push((TONES, fragment, storage));
     }
+    model.extend(limbs(look));
     if effects.wind.is_some() {
         of_effects.push((SWAYS, vertex | fragment, storage));
     }
@@ -46,6 +47,16 @@ pub(super) fn layouts(device: &wgpu::Device, look: &Look) -> Vec<wgpu::BindGroup
         layouts.push(layout(device, "foliage effects", &of_effects));
     }
     layouts
+}
+
+/// Binding of the limbs of a model, which only the wind moves.
+fn limbs(look: &Look) -> Option<(u32, wgpu::ShaderStages, wgpu::BindingType)> {
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Uint,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    look.effects.wind.map(|_| (LIMBS, wgpu::ShaderStages::VERTEX, texture))
 }
 
 /// Array of textures or pages, and its sampler.
@@ -88,12 +99,12 @@ pub(super) fn impostor_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 
 /// Creates the layout of a model's wood that slides, which takes the place of the model's: vertices
 /// read it at random, and with the leaves' buffers there would be too many.
-pub(super) fn sliding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+pub(super) fn sliding_layout(device: &wgpu::Device, look: &Look) -> wgpu::BindGroupLayout {
     let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
     let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
     let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
     let [textures, sampler] = TEXTURE_BINDINGS;
-    let bindings = [
+    let mut bindings = vec![
         (CROWN, vertex | fragment, uniform),
         (MATERIALS, fragment, storage),
         (TEXTURES, vertex | fragment, textures),
@@ -103,6 +114,7 @@ pub(super) fn sliding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         (WOOD, vertex, storage),
         (STEMS, vertex, storage),
     ];
+    bindings.extend(limbs(look));
     layout(device, "foliage wood", &bindings)
 }
 

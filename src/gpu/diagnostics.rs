@@ -10,6 +10,8 @@ pub struct Diagnostics {
     /// Total size in bytes of the models' buffers: of leaves with their timelines, and of wood.
     /// What both need, such as materials and looks, counts as leaves; textures are not counted.
     pub model_bytes: [u64; 2],
+    /// Total size in bytes of the limbs of the models, which the wind moves; 0 without wind.
+    pub limb_bytes: u64,
     /// Total size in bytes of the models' impostors; 0 unless the look hands plants over.
     pub impostor_bytes: u64,
     /// Number of frames that live impostors have.

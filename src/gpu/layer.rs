@@ -72,7 +72,9 @@ impl Layer {
                 Some(_) => std::iter::once(impostor_layout(device)).chain(layouts[1..].iter().cloned()).collect(),
                 None => Vec::new(),
             },
-            sliding_layouts: std::iter::once(sliding_layout(device)).chain(layouts[1..].iter().cloned()).collect(),
+            sliding_layouts: std::iter::once(sliding_layout(device, &look))
+                .chain(layouts[1..].iter().cloned())
+                .collect(),
             look,
             target,
             layouts,

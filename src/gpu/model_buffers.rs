@@ -21,6 +21,8 @@ pub(super) struct ModelBuffers {
     pub(super) impostor: Option<ImpostorBuffers>,
     /// Sizes in bytes of the buffers of the leaves and of the wood.
     bytes: [u64; 2],
+    /// Size in bytes of the texture of the limbs.
+    pub(super) limb_bytes: u64,
 }
 
 /// Vertex and index buffer of a model's wood.
@@ -68,13 +70,15 @@ impl ModelBuffers {
             (EXTRAS, fill.storage("extras of leaves", &packed.extras)?),
         ];
         let textures = layers.upload(device, queue);
+        let limbs = packed.limbs.as_ref().map(|limbs| limb_texture(device, queue, limbs));
         let group = |label, layout, buffers: &[&(u32, wgpu::Buffer)]| {
             let of_buffers = buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding()));
             let resources = [
                 (TEXTURES, wgpu::BindingResource::TextureView(&textures)),
                 (SAMPLER, wgpu::BindingResource::Sampler(sampler)),
             ];
-            let entries = of_buffers.chain(resources);
+            let limbs = limbs.iter().map(|view| (LIMBS, wgpu::BindingResource::TextureView(view)));
+            let entries = of_buffers.chain(resources).chain(limbs);
             let entries: Vec<_> =
                 entries.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
             device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
@@ -85,7 +89,8 @@ impl ModelBuffers {
             group("foliage wood", sliding_layout, &shared.chain(wood).collect::<Vec<_>>())
         };
         let wood = wood(&fill, packed, slides)?;
-        Ok(Self { bindings, wood, impostor: None, bytes: packed.bytes(materials.len()) })
+        let limb_bytes = packed.limbs.as_ref().map_or(0, |limbs| size_of_val(&limbs.0[..]) as u64);
+        Ok(Self { bindings, wood, impostor: None, bytes: packed.bytes(materials.len()), limb_bytes })
     }
 
     /// Size in bytes of the impostor's pages.
@@ -97,6 +102,30 @@ impl ModelBuffers {
     pub(super) fn bytes(&self) -> [u64; 2] {
         self.bytes
     }
+}
+
+/// Uploads texels of limbs.
+fn limb_texture(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    (texels, [width, height]): &(Vec<[u32; 4]>, [u32; 2]),
+) -> wgpu::TextureView {
+    let (width, height) = (*width, *height);
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("limbs"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let texel = size_of::<[u32; 4]>() as u32;
+    let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(texel * width), rows_per_image: None };
+    queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), rows, size);
+    texture.create_view(&Default::default())
 }
 
 /// Uploads the wood; `slides` binds vertices that slide and their stems.

@@ -42,12 +42,14 @@ use crate::{
         eye::Eye,
         facts::{Facts, ModelFacts},
         instance::{Frame, Instance, LiveCounts, ModelId, Prepared, ScalesId},
+        limb_texels::limb_texels,
         live::Needed,
         look::{Coloring, Look},
         packed::Packed,
         pages::Pages,
         records::bindings,
         upload::Upload,
+        wood::limbs_of,
     },
     effects::Effects,
     error::check_range,
@@ -109,7 +111,7 @@ impl FoliageRenderer {
         let scales = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         Ok(Self {
             landscape: look.landscape().map(|_| LandscapePass::new(device, target, &look, map_layout.as_ref())),
-            model_layouts: [layouts[0].clone(), sliding_layout(device)],
+            model_layouts: [layouts[0].clone(), sliding_layout(device, &look)],
             impostor_layout: look.far.map(|_| impostor_layout(device)),
             live: None,
             picture: Layer::new(device, Target::Picture(target), look, layouts, map),
@@ -198,6 +200,7 @@ impl FoliageRenderer {
                 .values()
                 .map(ModelBuffers::bytes)
                 .fold([0; 2], |sum, of| [0, 1].map(|i| sum[i] + of[i])),
+            limb_bytes: self.models.values().map(|model| model.limb_bytes).sum(),
             impostor_bytes: self.models.values().map(ModelBuffers::impostor_bytes).sum(),
             live_frames: self.live_frames()[0],
             impostor_pipelines: [true, false]
@@ -221,14 +224,13 @@ impl FoliageRenderer {
     pub fn add_model(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, model: &FoliageModel) -> Result<ModelId> {
         model.validate()?;
         let look = self.look();
-        let mean = match look.tones(&model.growth) {
-            true => mean_leaf_color(model, &look.lighting())?,
-            false => [0.0; 3],
-        };
+        let mean = if look.tones(&model.growth) { mean_leaf_color(model, &look.lighting())? } else { [0.0; 3] };
         let mut upload = Upload::sliding(model);
         upload.crown.mean = mean;
-        let facts = ModelFacts::new(model, &upload, mean);
-        let packed = Packed::new(upload);
+        let limbs = limbs_of(model, look, model.sphere().center());
+        let facts = ModelFacts::new(model, &upload, mean).with_limbs(limbs.as_ref());
+        let limbs = look.effects.wind.map(|_| limb_texels(limbs.as_ref()));
+        let packed = Packed { limbs, ..Packed::new(upload) };
         let mut buffers = ModelBuffers::new(device, queue, &self.model_layouts, &self.sampler, model, &packed)?;
         if let (Some(layout), Some(impostor)) = (&self.impostor_layout, &model.impostor) {
             let (framing, center) = (impostor.framing(), model.sphere().center());

@@ -1,11 +1,11 @@
 //! Draw lists of the software renderer: parts of leaves and wood, and their placement.
 
-use super::{light::Light, samples::SAMPLES, toning::Toning};
+use super::{light::Light, riders::Riders, samples::SAMPLES, toning::Toning};
 use crate::{
     Plant,
     bounds::Aabb,
     draw::{light::Lighting, seed::seeds, tint::Tint},
-    effects::{FadeBy, wind::Sway},
+    effects::{FadeBy, Limbs, wind::Sway},
     leaf::{LeafGeometry, Vertex},
     model::{FoliageModel, Leaf, Timeline, Transition},
     plant::{Outline, Outlines, Tiles, Wood, WoodPart},
@@ -221,6 +221,8 @@ pub struct Placed<'a> {
     pub tone: Option<Toning>,
     /// Wind motion in the plant's space; `None` without wind.
     pub sway: Option<Sway>,
+    /// Limbs that the wind moves, and what `wood` rides on.
+    pub(super) limbs: Option<(&'a Limbs, &'a Riders)>,
     /// Share of a pixel's samples, from 0 to 1, that are left to the plant's impostor.
     pub far: f32,
     /// Change of its lit colour.
@@ -230,7 +232,7 @@ pub struct Placed<'a> {
 impl<'a> Placed<'a> {
     /// Places a list, with the tone of the picture and without wind or other wood.
     pub fn new(list: &'a DrawList<'a>, world_from_plant: DAffine3) -> Self {
-        Self { list, wood: &[], world_from_plant, tone: None, sway: None, far: 0.0, tint: Tint::NONE }
+        Self { list, wood: &[], world_from_plant, tone: None, sway: None, limbs: None, far: 0.0, tint: Tint::NONE }
     }
 
     pub(super) fn is_sound(&self) -> bool {

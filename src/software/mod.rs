@@ -26,6 +26,7 @@ mod options;
 mod painter;
 mod project;
 mod renderer;
+mod riders;
 mod samples;
 mod sprite;
 mod tile;

@@ -4,6 +4,7 @@
 use super::{
     list::{Part, Placed},
     options::DrawOptions,
+    riders::Riders,
     samples::SAMPLES,
     toning::Toning,
 };
@@ -11,7 +12,7 @@ use crate::{
     Camera, Depth,
     draw::mips::Mips,
     edge::{SUBPIXEL, twice_area},
-    effects::wind::Sway,
+    effects::{Limbs, wind::Sway},
     leaf::Vertex,
     plant::{Outline, Tiling, at_level},
     terrain::GroundPoint,
@@ -89,6 +90,7 @@ pub(super) fn project<'a>(
     let mut projector = Projector {
         plant: 0,
         sway: None,
+        limbs: None,
         seed: None,
         toning: None,
         kept: 1.0,
@@ -123,10 +125,20 @@ struct Point {
     vertex: Vertex,
 }
 
+/// A vertex in the wind, in plant space.
+struct Moved {
+    at: DVec3,
+    /// How far it is widened, if it is.
+    widened: Option<Vec3>,
+    normal: Vec3,
+}
+
 struct Projector<'a> {
-    /// Index of the plant being projected; `sway`, `clip_from_plant` and `eye` belong to it.
+    /// Index of the plant being projected; `sway`, `limbs`, `clip_from_plant` and `eye` belong to
+    /// it.
     plant: u32,
     sway: Option<Sway>,
+    limbs: Option<(&'a Limbs, &'a Riders)>,
     /// Seed of the leaf being projected; `None` for wood.
     seed: Option<u32>,
     /// Tone of the plant's leaves, and what the leaf being projected keeps.
@@ -144,11 +156,11 @@ struct Projector<'a> {
 
 impl<'a> Projector<'a> {
     /// Starts plant `number`: the following parts belong to it.
-    fn enter(&mut self, number: u32, plant: &Placed<'_>, camera: &Camera) {
+    fn enter(&mut self, number: u32, plant: &Placed<'a>, camera: &Camera) {
         self.plant = number;
         self.clip_from_plant = camera.clip_from_world * plant.world_from_plant;
         self.eye = plant.world_from_plant.inverse().transform_point3(camera.eye);
-        self.sway = plant.sway;
+        (self.sway, self.limbs) = (plant.sway, plant.limbs);
     }
 
     fn part(&mut self, part: &Part<'a>, mips: Option<&Mips>) {
@@ -157,7 +169,7 @@ impl<'a> Projector<'a> {
         for triangle in part.indices.chunks_exact(3) {
             let point = |i: usize| {
                 let index = triangle[i] as usize;
-                part.vertices.get(index).map(|vertex| self.point(part, vertex, part.widened.get(index)))
+                part.vertices.get(index).map(|vertex| self.point(part, index, vertex))
             };
             if let (Some(a), Some(b), Some(c)) = (point(0), point(1), point(2)) {
                 self.triangle([a, b, c], part, mips);
@@ -165,29 +177,45 @@ impl<'a> Projector<'a> {
         }
     }
 
-    fn point(&self, part: &Part<'_>, vertex: &Vertex, widened: Option<&Vec3>) -> Point {
+    fn point(&self, part: &Part<'_>, index: usize, vertex: &Vertex) -> Point {
         let pivot = Vec3::from(part.pivot).as_dvec3();
         let offset = (Vec3::from(vertex.position).as_dvec3() - pivot) * part.scale as f64;
-        let (in_plant, vertex) = self.swayed(part, pivot, offset, *vertex);
-        let clip = self.clip_from_plant * in_plant.extend(1.0);
-        let deep = widened.map_or(clip, |widened| {
-            let (thin, _) = self.swayed(part, pivot, offset - widened.as_dvec3(), vertex);
-            self.clip_from_plant * thin.extend(1.0)
-        });
-        Point { clip, deep, from_eye: (in_plant - self.eye).as_vec3(), vertex }
+        let widened = part.widened.get(index).copied();
+        let Moved { at, widened, normal } = self.swayed(part, index, pivot, offset, Vec3::from(vertex.normal), widened);
+        let clip = self.clip_from_plant * at.extend(1.0);
+        let deep = widened.map_or(clip, |widened| self.clip_from_plant * (at - widened.as_dvec3()).extend(1.0));
+        let vertex = Vertex { normal: normal.to_array(), ..*vertex };
+        Point { clip, deep, from_eye: (at - self.eye).as_vec3(), vertex }
     }
 
-    /// Applies the wind to a vertex: returns its position, and the vertex with its normal turned if
-    /// it belongs to a leaf.
-    fn swayed(&self, part: &Part<'_>, pivot: DVec3, offset: DVec3, vertex: Vertex) -> (DVec3, Vertex) {
-        let Some(sway) = &self.sway else { return (pivot + offset, vertex) };
+    /// Applies the wind to a vertex.
+    fn swayed(
+        &self,
+        part: &Part<'_>,
+        index: usize,
+        pivot: DVec3,
+        offset: DVec3,
+        normal: Vec3,
+        widened: Option<Vec3>,
+    ) -> Moved {
+        let rest = pivot + offset;
+        let Some(sway) = &self.sway else { return Moved { at: rest, widened, normal } };
         let Some(leaf) = part.leaf else {
-            let rest = pivot + offset;
-            return (rest + sway.offset(rest.as_vec3()).as_dvec3(), vertex);
+            let Some((limbs, riders)) = self.limbs else {
+                return Moved { at: rest + sway.offset(rest.as_vec3()).as_dvec3(), widened, normal };
+            };
+            let blown = riders.blown(index, limbs, sway);
+            let outwards = blown.widened - widened.unwrap_or_default();
+            let at = rest + (blown.shift + outwards).as_dvec3();
+            return Moved { at, widened: widened.map(|_| blown.widened), normal: blown.normal };
         };
         let turn = sway.turn(leaf);
-        let moved = pivot + sway.offset(pivot.as_vec3()).as_dvec3() + turn.as_dquat() * offset;
-        (moved, Vertex { normal: (turn * Vec3::from(vertex.normal)).to_array(), ..vertex })
+        let (turned, normal) = (pivot + turn.as_dquat() * offset, turn * normal);
+        let Some((limbs, _)) = self.limbs else {
+            return Moved { at: turned + sway.offset(pivot.as_vec3()).as_dvec3(), widened, normal };
+        };
+        let carry = limbs.on_leaf(leaf, sway);
+        Moved { at: turned + carry.offset(turned.as_vec3()).as_dvec3(), widened, normal: carry.turned(normal) }
     }
 
     fn triangle(&mut self, points: [Point; 3], part: &Part<'a>, mips: Option<&Mips>) {

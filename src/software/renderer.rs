@@ -23,8 +23,9 @@ use crate::{
         look::{Coloring, Look},
         pages::Pages,
         tint::Tints,
+        wood::limbs_of,
     },
-    effects::{Counts, FadeBy, wind::Shape},
+    effects::{Counts, FadeBy, Limbs, wind::Shape},
     model::{FoliageModel, Framing, Timeline, Transition},
     terrain::{GroundMesh, Terrain},
 };
@@ -63,6 +64,8 @@ struct Model<'a> {
     shape: Shape,
     /// Centre of its bounding sphere.
     center: DVec3,
+    /// Its limbs, if there is wind and its wood slides.
+    limbs: Option<Limbs>,
     /// Mean shaded colour of the leaves, linear; 0 if neither tone nor the effect `contrast` acts.
     mean: [f32; 3],
     /// Index of its first material in the painter.
@@ -136,11 +139,13 @@ impl<'a> SoftwareRenderer<'a> {
             false => [0.0; 3],
         };
         let first_material = self.painter.add(&model.materials, &model.textures)?;
-        let (timeline, shape) = (Timeline::new(model), Shape::new(&model.aabb()));
+        let (timeline, mut shape) = (Timeline::new(model), Shape::new(&model.aabb()));
+        let limbs = limbs_of(model, &self.look, DVec3::ZERO);
+        shape.limbs = limbs.as_ref().map(Limbs::reach);
         let center = model.sphere().center();
         let far = self.look.far.map_or(Ok(None), |_| self.far(model))?;
         let wood = SlidingWood::new(model);
-        Ok(self.models.insert(Model { model, timeline, shape, center, mean, first_material, wood, far }))
+        Ok(self.models.insert(Model { model, timeline, shape, limbs, center, mean, first_material, wood, far }))
     }
 
     fn far(&self, model: &'a FoliageModel) -> Result<Option<FarModel<'a>>> {
@@ -199,16 +204,18 @@ impl<'a> SoftwareRenderer<'a> {
         let mut levels: HashMap<(ModelId, u32), (u32, WoodAt)> = HashMap::new();
         for ((model, instance), &(step, error)) in near.iter().zip(&steps) {
             let Some(wood) = &model.wood else { continue };
-            levels.entry((instance.model, step)).or_insert_with(|| (model.first_material, wood.at(error)));
+            levels
+                .entry((instance.model, step))
+                .or_insert_with(|| (model.first_material, wood.at(error, model.limbs.is_some())));
         }
         let wood: HashMap<(ModelId, u32), Vec<Part<'_>>> =
             levels.iter().map(|(&key, (first_material, wood))| (key, wood.parts(*first_material))).collect();
         let mut prepared = Prepared { draws: 1, effects: Counts::of(effects), ..Prepared::default() };
         prepared.live.made = self.make_frames(&known, &camera)?;
         let lists = self.lists(&near, &mut prepared);
-        let moment = effects.wind.map(|wind| wind.at(frame.seconds));
         let sway = |model: &Model<'_>, instance: &Instance| {
-            moment.map(|moment| moment.sway(&model.shape, &instance.world_from_plant))
+            let sway = effects.wind?.at(frame.seconds).sway(&model.shape, &instance.world_from_plant);
+            Some(sway.with_limbs(model.limb_shares(look, &eye, instance)))
         };
         let tints = Tints::new(look, frame.camera.eye);
         let tint = |model: &Model<'_>, plant: &Instance| {
@@ -221,7 +228,17 @@ impl<'a> SoftwareRenderer<'a> {
                 let (tone, sway) = (self.toning(model, instance), sway(model, instance));
                 let tint = tint(model, instance);
                 let wood = wood.get(&(instance.model, step)).map_or(&[][..], Vec::as_slice);
-                Placed { wood, tone, sway, far, tint, ..Placed::new(&lists[&key(instance)], instance.world_from_plant) }
+                let riders = levels.get(&(instance.model, step)).map(|(_, wood)| &wood.riders);
+                let limbs = model.limbs.as_ref().zip(riders);
+                Placed {
+                    wood,
+                    tone,
+                    sway,
+                    limbs,
+                    far,
+                    tint,
+                    ..Placed::new(&lists[&key(instance)], instance.world_from_plant)
+                }
             })
             .collect();
         let with_impostors = known.iter().filter(|(.., share)| *share > 0.0);
@@ -244,6 +261,9 @@ impl<'a> SoftwareRenderer<'a> {
             let of_leaves = plant.list.parts.iter().filter(|part| part.leaf.is_some()).count();
             prepared.leaves += of_leaves as u64;
             prepared.effects.add_plant();
+            if let Some(sway) = plant.sway.filter(|_| plant.limbs.is_some()) {
+                prepared.effects.add_limbs(sway.limbs);
+            }
         }
         prepared.wood_triangles = wood_triangles.iter().sum();
         let sound = known.iter().filter(|(_, instance, _)| is_sound(&instance.world_from_plant));
@@ -324,6 +344,12 @@ impl Model<'_> {
     /// Step of the wood's error, and that error; 0 for wood that does not slide.
     fn wood_step(&self, eye: &Eye, plant: &Instance, error_px: f32) -> (u32, f32) {
         self.wood.as_ref().map_or((0, 0.0), |wood| wood.step(eye, plant, error_px))
+    }
+
+    /// Share of the motion that each level of limbs is simulated with.
+    fn limb_shares(&self, look: &Look, eye: &Eye, plant: &Instance) -> [f32; 2] {
+        let Some((wind, wood)) = look.effects.wind.zip(self.wood.as_ref()) else { return [0.0; 2] };
+        wind.limb_shares(&self.shape, wood.pixels_per_unit(eye, plant))
     }
 
     /// Number of triangles of the wood that are drawn at an error.

@@ -1,6 +1,9 @@
 //! Wood of a model at the errors that a picture needs.
 
-use super::list::Part;
+use super::{
+    list::Part,
+    riders::{Rider, Riders},
+};
 use crate::{
     draw::{
         eye::Eye,
@@ -29,6 +32,8 @@ pub(super) struct WoodAt {
     widened: Vec<Vec3>,
     /// Materials, each with the indices of its triangles.
     parts: Vec<(u32, Vec<u32>)>,
+    /// What the vertices ride on; empty unless asked for.
+    pub(super) riders: Riders,
 }
 
 impl<'a> SlidingWood<'a> {
@@ -41,8 +46,7 @@ impl<'a> SlidingWood<'a> {
 
     /// Number of the step of the error that a plant is drawn at, and that error.
     pub(super) fn step(&self, eye: &Eye, plant: &Instance, error_px: f32) -> (u32, f32) {
-        let pixels_per_unit = eye.pixels_per_unit(self.center, self.reach, &plant.world_from_plant);
-        stepped((f64::from(error_px) / pixels_per_unit) as f32)
+        stepped((f64::from(error_px) / self.pixels_per_unit(eye, plant)) as f32)
     }
 
     /// Number of triangles that are drawn at an error.
@@ -50,9 +54,9 @@ impl<'a> SlidingWood<'a> {
         self.levels.drawn(error).into()
     }
 
-    /// The wood at an error. O(wood).
-    pub(super) fn at(&self, error: f32) -> WoodAt {
-        let WoodLevel { vertices, widened, triangles } = self.levels.at(&self.model.wood, self.order, error);
+    /// The wood at an error, with what its vertices ride on if limbs move. O(wood).
+    pub(super) fn at(&self, error: f32, has_limbs: bool) -> WoodAt {
+        let WoodLevel { vertices, numbers, widened, triangles } = self.levels.at(&self.model.wood, self.order, error);
         let mut parts: Vec<(u32, Vec<u32>)> = Vec::new();
         for (corners, material) in triangles {
             let part = parts.iter().position(|part| part.0 == material).unwrap_or_else(|| {
@@ -61,7 +65,32 @@ impl<'a> SlidingWood<'a> {
             });
             parts[part].1.extend(corners);
         }
-        WoodAt { vertices, widened, parts }
+        let riders = if has_limbs { self.riders(&numbers, error) } else { Riders::default() };
+        WoodAt { vertices, widened, parts, riders }
+    }
+
+    fn riders(&self, numbers: &[u32], error: f32) -> Riders {
+        let slides = self.levels.slides(&self.model.wood, self.order);
+        let mut riders = Riders::default();
+        for &number in numbers {
+            riders.all.extend(slides.way(number, error).map(|(vertex, weight)| {
+                let Vertex { position, normal, .. } = self.model.wood.vertices[vertex as usize];
+                Rider {
+                    weight,
+                    stem: self.levels.vertex_stems[vertex as usize],
+                    position: position.into(),
+                    widened: slides.widened(vertex, error),
+                    normal: normal.into(),
+                }
+            }));
+            riders.ends.push(riders.all.len() as u32);
+        }
+        riders
+    }
+
+    /// Number of pixels that a length of 1 covers where a plant is nearest to the camera.
+    pub(super) fn pixels_per_unit(&self, eye: &Eye, plant: &Instance) -> f64 {
+        eye.pixels_per_unit(self.center, self.reach, &plant.world_from_plant)
     }
 }
 

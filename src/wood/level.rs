@@ -28,6 +28,8 @@ pub struct WoodLevels {
 pub struct WoodLevel {
     /// Vertices where they are drawn.
     pub vertices: Vec<Vertex>,
+    /// Of each vertex, which of the wood's it is.
+    pub numbers: Vec<u32>,
     /// Of each vertex, how far it is widened; depth is that of the vertex without it.
     pub widened: Vec<Vec3>,
     /// Three indices and one material for each triangle.
@@ -65,10 +67,14 @@ impl WoodLevels {
         &self.ends
     }
 
+    /// Where the vertices are, given the wood and the order that these are the levels of.
+    pub fn slides<'a>(&'a self, wood: &'a Wood, order: &'a WoodOrder) -> Slides<'a> {
+        Slides { vertices: &wood.vertices, order, stems: &self.vertex_stems, widths: &self.widths }
+    }
+
     /// The wood at an error, given the wood and the order that these are the levels of.
     pub fn at(&self, wood: &Wood, order: &WoodOrder, error: f32) -> WoodLevel {
-        let Self { vertex_stems, widths, .. } = self;
-        let slides = Slides { vertices: &wood.vertices, order, stems: vertex_stems, widths };
+        let slides = self.slides(wood, order);
         let mut numbers = vec![u32::MAX; wood.vertices.len()];
         let mut level = WoodLevel::default();
         for of in self.corners[..3 * self.drawn(error) as usize].chunks_exact(3) {
@@ -84,6 +90,7 @@ impl WoodLevels {
                         color: slid.color.extend(1.0).to_array(),
                     });
                     level.widened.push(slid.widened);
+                    level.numbers.push(of[i].0);
                 }
                 *number
             });

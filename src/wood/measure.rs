@@ -64,6 +64,13 @@ pub(super) fn stem_widths(wood: &Wood, triangle_stems: &[u32], stems: usize) -> 
 /// For each point the stem whose surface is nearest, or `None` if there is no wood. The order must
 /// be valid for the wood. O(n log n) for wood that is spread evenly.
 pub fn nearest_stems(wood: &Wood, order: &WoodOrder, points: impl Iterator<Item = [f32; 3]>) -> Vec<Option<u32>> {
+    let stem = |found: Option<(u32, Vec3)>| Some(order.triangle_stems[found?.0 as usize]);
+    nearest_triangles(wood, points).into_iter().map(stem).collect()
+}
+
+/// For each point the nearest triangle of valid wood, and the nearest point on it; `None` without
+/// wood. O(n log n) for wood that is spread evenly.
+pub fn nearest_triangles(wood: &Wood, points: impl Iterator<Item = [f32; 3]>) -> Vec<Option<(u32, Vec3)>> {
     let corner = |index: u32| Vec3::from(wood.vertices[index as usize].position);
     let triangles: Vec<[Vec3; 3]> =
         wood.indices.chunks_exact(3).map(|of| [corner(of[0]), corner(of[1]), corner(of[2])]).collect();
@@ -71,7 +78,8 @@ pub fn nearest_stems(wood: &Wood, order: &WoodOrder, points: impl Iterator<Item 
     let grid = Grid::new(&boxes);
     let nearest = |point: Vec3| {
         let value = |triangle: u32| Some(from_triangle(point, triangles[triangle as usize]));
-        grid.least(point, 0.0, value).map(|(_, triangle)| order.triangle_stems[triangle as usize])
+        let (_, triangle) = grid.least(point, 0.0, value)?;
+        Some((triangle, on_triangle(point, triangles[triangle as usize])))
     };
     points.map(|point| nearest(point.into())).collect()
 }
@@ -178,20 +186,45 @@ impl Ends {
 
 /// Distance of a point from a segment.
 pub(super) fn from_segment(point: Vec3, a: Vec3, b: Vec3) -> f32 {
+    point.distance(on_segment(point, a, b))
+}
+
+/// Nearest point of a segment.
+fn on_segment(point: Vec3, a: Vec3, b: Vec3) -> Vec3 {
     let along = b - a;
     let at = ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-    point.distance(a + along * if at.is_nan() { 0.0 } else { at })
+    a + along * if at.is_nan() { 0.0 } else { at }
 }
 
 /// Distance of a point from a triangle.
-pub(super) fn from_triangle(point: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
-    let normal = (b - a).cross(c - a);
-    let is_inside = |from: Vec3, to: Vec3| (to - from).cross(point - from).dot(normal) >= 0.0;
-    let squared = normal.length_squared();
-    if squared > 0.0 && is_inside(a, b) && is_inside(b, c) && is_inside(c, a) {
-        return (point - a).dot(normal).abs() / squared.sqrt();
+pub(super) fn from_triangle(point: Vec3, triangle: [Vec3; 3]) -> f32 {
+    match inside(point, triangle) {
+        Some((normal, squared)) => (point - triangle[0]).dot(normal).abs() / squared.sqrt(),
+        None => sides(triangle).map(|[a, b]| from_segment(point, a, b)).into_iter().fold(f32::INFINITY, f32::min),
     }
-    from_segment(point, a, b).min(from_segment(point, b, c)).min(from_segment(point, c, a))
+}
+
+/// Nearest point of a triangle.
+fn on_triangle(point: Vec3, triangle: [Vec3; 3]) -> Vec3 {
+    if let Some((normal, squared)) = inside(point, triangle) {
+        return point - normal * ((point - triangle[0]).dot(normal) / squared);
+    }
+    let [a, b, c] = sides(triangle).map(|[a, b]| on_segment(point, a, b));
+    let nearer = |a: Vec3, b: Vec3| if a.distance_squared(point) <= b.distance_squared(point) { a } else { b };
+    nearer(nearer(a, b), c)
+}
+
+fn sides([a, b, c]: [Vec3; 3]) -> [[Vec3; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
+}
+
+/// Normal of a triangle above or below which a point is, and the square of its length.
+fn inside(point: Vec3, triangle: [Vec3; 3]) -> Option<(Vec3, f32)> {
+    let [a, b, c] = triangle;
+    let normal = (b - a).cross(c - a);
+    let squared = normal.length_squared();
+    let is_inside = |[from, to]: [Vec3; 2]| (to - from).cross(point - from).dot(normal) >= 0.0;
+    (squared > 0.0 && sides(triangle).into_iter().all(is_inside)).then_some((normal, squared))
 }
 
 #[cfg(test)]
@@ -260,6 +293,9 @@ mod tests {
             (Vec3::new(1.0, 1.0, 0.0), 0.5_f32.sqrt()),
         ] {
             assert!((from_triangle(point, triangle) - distance).abs() < 1e-6, "{point}");
+            let nearest = on_triangle(point, triangle);
+            assert!((nearest.distance(point) - distance).abs() < 1e-6, "{point}");
+            assert!(from_triangle(nearest, triangle) < 1e-6, "{point}");
         }
         assert_eq!(from_triangle(Vec3::Z, [Vec3::ZERO; 3]), 1.0);
     }

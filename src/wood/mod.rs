@@ -71,6 +71,6 @@ mod union;
 #[cfg(feature = "simplify")]
 pub use build::cut;
 pub use level::{WoodLevel, WoodLevels};
-pub use measure::{Stem, nearest_stems, stems};
+pub use measure::{Stem, nearest_stems, nearest_triangles, stems};
 pub use order::{LEAST_SWELL, MAX_SLIDES, NO_SWELL, SWELL_STEPS, SWELLS, StemLink, Swell, WoodOrder, levels};
 pub use slide::{SLIDE, Slid, Slides, vanishing};

@@ -40,26 +40,39 @@ impl Slides<'_> {
     pub fn at(&self, vertex: u32, error: f32) -> Slid {
         let nothing = Vec3::ZERO;
         let mut slid = Slid { position: nothing, widened: nothing, normal: nothing, uv: Vec2::ZERO, color: nothing };
-        let (mut at, mut weight) = (vertex as usize, 1.0);
-        loop {
-            let share = slide(error, self.order.thresholds[at]);
-            let here = weight * (1.0 - share);
-            let Vertex { position, normal, uv, color: [r, g, b, _] } = self.vertices[at];
+        for (at, here) in self.way(vertex, error) {
+            let Vertex { position, normal, uv, color: [r, g, b, _] } = self.vertices[at as usize];
             slid.position += here * Vec3::from(position);
             slid.normal += here * Vec3::from(normal);
-            if let Some(&stem) = self.stems.get(at).filter(|_| here > 0.0 && error > 0.0) {
-                let stem = stem as usize;
-                let widened = widened(&self.order.swells[stem], self.widths[stem], error);
-                slid.widened += here * widened * Vec3::from(normal);
-            }
+            slid.widened += here * self.widened(at, error);
             slid.uv += here * Vec2::from(uv);
             slid.color += here * Vec3::new(r, g, b);
-            weight *= share;
-            if weight <= 0.0 {
-                return slid;
-            }
-            at = self.order.parents[at] as usize;
         }
+        slid
+    }
+
+    /// The vertices that a vertex is between at an error, each with its weight; they add up to 1.
+    pub fn way(&self, vertex: u32, error: f32) -> impl Iterator<Item = (u32, f32)> {
+        let (mut at, mut weight) = (vertex, 1.0);
+        std::iter::from_fn(move || {
+            while weight > 0.0 {
+                let (here, share) = (at, slide(error, self.order.thresholds[at as usize]));
+                let own = weight * (1.0 - share);
+                weight *= share;
+                at = self.order.parents[at as usize];
+                if own > 0.0 {
+                    return Some((here, own));
+                }
+            }
+            None
+        })
+    }
+
+    /// How far a vertex that does not slide is drawn outside the surface.
+    pub fn widened(&self, vertex: u32, error: f32) -> Vec3 {
+        let Some(&stem) = self.stems.get(vertex as usize).filter(|_| error > 0.0) else { return Vec3::ZERO };
+        let by = widened(&self.order.swells[stem as usize], self.widths[stem as usize], error);
+        by * Vec3::from(self.vertices[vertex as usize].normal)
     }
 }
 

@@ -14,7 +14,7 @@ use foliage_lod::{
     Camera, Error, FoliageModel, Frustum, Grove, Look, LookAt, Result,
     bounds::Sphere,
     draw::{Ground, Lighting},
-    effects::Effects,
+    effects::{Effects, Limbs, WindShape},
     file,
     grow::{GrowOptions, Species, grow},
     scene::{
@@ -152,7 +152,9 @@ impl Opened {
             .map(|model| {
                 let mut kind = Kind { policy: file.lod.policy(model), ..Kind::new(model) };
                 if let Some(wind) = &file.effects.wind {
-                    let shape = foliage_lod::effects::WindShape::new(&model.aabb());
+                    let mut shape = WindShape::new(&model.aabb());
+                    let limbs = model.wood_order.as_ref().and_then(|order| Limbs::new(model, order, DVec3::ZERO));
+                    shape.limbs = limbs.map(|limbs| limbs.reach());
                     kind.reach.radius += f64::from(wind.reach(&shape, kind.reach.radius as f32));
                 }
                 kind
