@@ -18,7 +18,6 @@ pub(crate) fn openness(radius: f32) -> f32 {
 }
 
 /// Rises smoothly from 0 at `from` to 1 at `to`.
-#[cfg(feature = "software")]
 pub(crate) fn smoothstep(from: f32, to: f32, x: f32) -> f32 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

@@ -169,9 +169,10 @@ pub struct Simplify {
     /// Find the order in which the wood loses detail where it is small, and store it.
     #[arg(long, value_enum, default_value_t = Switch::On)]
     pub wood_order: Switch,
-    /// Measure how wrong the model looks with fewer leaves, which budgets go by, and store it.
-    #[arg(long, value_enum, default_value_t = Switch::On)]
-    pub curve: Switch,
+    /// Measure how wrong the model looks with fewer leaves, which budgets go by, and store it; by
+    /// default with the presets balanced and best.
+    #[arg(long, value_enum)]
+    pub curve: Option<Switch>,
     #[command(flatten)]
     pub import: Import,
     /// Processor that captures the fragments; auto uses a hardware GPU if there is one.

@@ -1,6 +1,6 @@
 //! `foliage-lod` without arguments: from a species to pictures in under a minute.
 
-use crate::{args::Raster, curves, failure::Failure, output::Steps, pictures, progress::spinning, raster::simplified};
+use crate::{args::Raster, failure::Failure, output::Steps, pictures, progress::spinning, raster::simplified};
 use foliage_lod::{
     Error, FoliageModel,
     file::{check_writable, write_whole},
@@ -36,8 +36,6 @@ pub fn run() -> Result<(), Failure> {
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", HumanCount(fragments)))?;
     model.quantize();
     model.order_wood();
-    model.curve = Some(curves::measure(&model)?);
-    steps.done("curve", curves::summary(&model))?;
     let bytes = model.to_bytes()?;
     write_whole(&model_path, &bytes)?;
     steps.done("write", format!("{}, {}", model_path.display(), DecimalBytes(bytes.len() as u64)))?;

@@ -60,7 +60,8 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
         wood_seconds = Some(steps.done("wood", format!("{} stems", HumanCount(stems as u64)))?);
     }
     let mut curve_seconds = None;
-    if args.curve == args::Switch::On {
+    let is_thorough = matches!(args.preset, args::Preset::Balanced | args::Preset::Best);
+    if args.curve.map_or(is_thorough, |curve| curve == args::Switch::On) {
         model.curve = Some(curves::measure(&model)?);
         curve_seconds = Some(steps.done("curve", curves::summary(&model))?);
     }
