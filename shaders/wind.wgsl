@@ -114,7 +114,7 @@ fn stem_carry(stem: u32, point: vec3<f32>, instance: u32) -> Carry {
 // Motion of what is on a limb, attached at a y coordinate.
 fn carry_of(limb: u32, y: f32, sway: Sway) -> Carry {
     var carry = Carry();
-    var attached = y;
+    carry.shift = bent(y, sway);
     if limb > 0u {
         var first = limb_of(limb);
         if first.below > 0u {
@@ -122,13 +122,12 @@ fn carry_of(limb: u32, y: f32, sway: Sway) -> Carry {
             let slope = cross(vec3(0.0, 1.0, 0.0), sway.bend) * (height_of(first.foot.y, sway) / sway.height);
             carry.foot_2 = first.foot;
             carry.turn_2 = half_turn(first, share, sway) + slope * share;
-            attached += (first.foot.y - y) * share;
+            carry.shift = mix(carry.shift, bent(first.foot.y, sway), share);
             first = limb_of(first.below);
         }
         carry.foot_1 = first.foot;
         carry.turn_1 = half_turn(first, sway.limbs.x, sway);
     }
-    carry.shift = bent(attached, sway);
     return carry;
 }
 

@@ -147,17 +147,16 @@ impl Limbs {
     /// Motion of what is on a limb, attached at a y coordinate.
     fn carry(&self, limb: u16, y: f32, sway: &Sway) -> Carry {
         let own = &self.limbs[usize::from(limb)];
-        let mut carry = Carry::default();
-        let (mut y, mut first) = (y, own);
+        let mut carry = Carry { shift: sway.bent(y), ..Carry::default() };
+        let mut first = own;
         if own.below > 0 {
             let share = sway.limbs[1];
             let slope = Vec3::Y.cross(sway.bend.into()) * (sway.height_of(own.foot.y) / sway.height);
             (carry.feet[1], carry.turns[1]) = (own.foot, own.half_turn(sway, share) + slope * share);
-            y += (own.foot.y - y) * share;
+            carry.shift = carry.shift.lerp(sway.bent(own.foot.y), share);
             first = &self.limbs[usize::from(own.below)];
         }
         (carry.feet[0], carry.turns[0]) = (first.foot, first.half_turn(sway, sway.limbs[0]));
-        carry.shift = sway.bent(y);
         carry
     }
 }

@@ -13,8 +13,8 @@ pub struct GroundEntry {
     pub color: [f32; 3],
     /// Height, or the least one.
     pub height: f64,
-    /// Distance at which a third of the ground's own light arrives; by default large compared to
-    /// the plants.
+    /// Distance at which a third of the light of the ground and of plants arrives; by default large
+    /// compared to the plants.
     pub haze: Option<f64>,
     /// Map of the heights over `area`, relative to the scene file: black is at `height`, white is
     /// `relief` above it. The first row lies at the least z; beyond the area its edge continues.
