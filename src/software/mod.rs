@@ -10,6 +10,7 @@
 //! Cost: grows with the number of covered samples; 20,000 masked leaves at 512 x 512 took 2 s on
 //! two busy cores in a development build.
 
+mod alpha_test;
 mod bake;
 mod bake_options;
 mod baker;

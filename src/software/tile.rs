@@ -7,10 +7,11 @@
 //! samples.
 
 use super::{
+    alpha_test::{AlphaTest, Plane, shown},
     ground::PlacedGround,
     light::Light,
     project::{GROUND, Projected, ScreenTriangle},
-    samples::{SAMPLES, sample_steps},
+    samples::{SAMPLES, indices, sample_px, sample_steps},
     sprite::Sprite,
     toning::Toning,
 };
@@ -22,7 +23,6 @@ use crate::{
     },
     edge::{Edge, SUBPIXEL, twice_area},
     material::Material,
-    plant::{OUTLINE_CORNERS, Outline, Tiling},
     stochastic::contrast::toned,
 };
 use glam::{Vec2, Vec3};
@@ -61,19 +61,6 @@ pub(super) struct Tile {
     owner: Vec<[u32; SAMPLES]>,
     /// Smallest `nearness` of each pixel's samples.
     farthest: Vec<f32>,
-}
-
-/// A quantity that is affine on the screen, with its origin at the tile's top left corner.
-#[derive(Clone, Copy)]
-struct Plane {
-    at_origin: f64,
-    per_px: [f64; 2],
-}
-
-impl Plane {
-    fn at(&self, x_px: f64, y_px: f64) -> f32 {
-        (self.at_origin + self.per_px[0] * x_px + self.per_px[1] * y_px) as f32
-    }
 }
 
 /// An edge function, and how far each sample's value is from its pixel's.
@@ -143,7 +130,7 @@ impl Tile {
             for x in columns.clone() {
                 let pixel = (y * TILE_PX as i64 + x) as usize;
                 let Some(seen) = sprite.seen(self.global([x, y]), scene.srgb) else { continue };
-                for s in samples(seen.samples) {
+                for s in indices(seen.samples) {
                     if seen.nearness > self.nearness[pixel][s] {
                         self.nearness[pixel][s] = seen.nearness;
                         self.owner[pixel][s] = SPRITE | index;
@@ -215,7 +202,7 @@ impl Tile {
     /// Mask of the samples in `covered` at which the triangle is nearer than all triangles so far.
     fn closer(&self, pixel: usize, covered: u32, depth: &Plane, nearest: f32, at: [i64; 2]) -> u32 {
         let seen = &self.nearness[pixel];
-        samples(covered).filter(|&s| depth_at(depth, nearest, at, s) > seen[s]).fold(0, |closer, s| closer | 1 << s)
+        indices(covered).filter(|&s| depth_at(depth, nearest, at, s) > seen[s]).fold(0, |closer, s| closer | 1 << s)
     }
 
     fn write(&mut self, pixel: usize, kept: u32, index: u32, depth: &Plane, nearest: f32, at: [i64; 2]) {
@@ -223,7 +210,7 @@ impl Tile {
             return;
         }
         let seen = &mut self.nearness[pixel];
-        for s in samples(kept) {
+        for s in indices(kept) {
             seen[s] = depth_at(depth, nearest, at, s);
             self.owner[pixel][s] = index;
         }
@@ -248,7 +235,7 @@ impl Tile {
             let shown = self.shown(owner, same, [x as i64, y as i64], scene);
             let flip = if shown.two_sided && shown.normal.dot(shown.from_eye) > 0.0 { -1.0 } else { 1.0 };
             let count = same.count_ones() as f32;
-            let depths = samples(same).map(|s| self.nearness[(y * TILE_PX + x) as usize][s]);
+            let depths = indices(same).map(|s| self.nearness[(y * TILE_PX + x) as usize][s]);
             sum.add(&Surfaces {
                 albedo: shown.albedo * count,
                 normal: (shown.normal * flip).normalize_or_zero() * count,
@@ -269,7 +256,7 @@ impl Tile {
             let first = (open != 0).then(|| open.trailing_zeros() as usize)?;
             let owner = owners[first];
             let alike = if full_textures { open & open.wrapping_neg() } else { open };
-            let same = samples(alike).filter(|&s| owners[s] == owner).fold(0, |same, s| same | 1 << s);
+            let same = indices(alike).filter(|&s| owners[s] == owner).fold(0, |same, s| same | 1 << s);
             open &= !same;
             Some((owner, same))
         })
@@ -323,7 +310,7 @@ impl Tile {
         let corners = triangle.corners.map(|corner| &scene.projected.corners[corner as usize]);
         let [a, b, c] = corners.map(|corner| corner.at);
         let middle = [0, 1].map(|axis| {
-            let sum: i64 = samples(at_samples).map(|s| sample_steps(s)[axis]).sum();
+            let sum: i64 = indices(at_samples).map(|s| sample_steps(s)[axis]).sum();
             (self.origin[axis] + at[axis]) * SUBPIXEL + sum / at_samples.count_ones() as i64
         });
         let opposite = [twice_area(b, c, middle), twice_area(c, a, middle), twice_area(a, b, middle)];
@@ -382,87 +369,6 @@ impl Surfaces {
     }
 }
 
-/// Texture coordinates after repetition.
-fn shown(uv: [f32; 2], tiling: Option<Tiling>) -> [f32; 2] {
-    tiling.map_or(uv, |tiling| tiling.shown(uv))
-}
-
-/// Step between the thresholds of neighbouring samples, in sixteenths: coprime to sixteen, and
-/// spreads the samples that pass over the pixel.
-const THRESHOLD_STEP: u32 = 7;
-
-/// The alpha test of one triangle. At the full texture, a sample passes if its alpha reaches the
-/// cutoff. At other levels alpha is coverage, and of the sixteen samples as many pass: each has a
-/// threshold of its own, in an order that differs between leaves, so that what one leaf leaves
-/// open is not what the leaf behind it leaves open.
-struct AlphaTest<'a> {
-    mips: &'a Mips,
-    level: u8,
-    is_orthographic: bool,
-    cutoff: f32,
-    /// Threshold of sample 0 in sixteenths, rounded down.
-    first_threshold: u32,
-    tiling: Option<Tiling>,
-    u: Plane,
-    v: Plane,
-}
-
-impl AlphaTest<'_> {
-    fn passing(&self, covered: u32, depth: &Plane, at: [i64; 2]) -> u32 {
-        samples(covered).filter(|&s| self.passes(depth, at, s)).fold(0, |passing, s| passing | 1 << s)
-    }
-
-    fn passes(&self, depth: &Plane, at: [i64; 2], sample: usize) -> bool {
-        let [x, y] = sample_px(at, sample);
-        let w = if self.is_orthographic { 1.0 } else { 1.0 / depth.at(x, y) };
-        let threshold = if self.level == 0 { self.cutoff } else { self.threshold(sample) };
-        let uv = shown([self.u.at(x, y) * w, self.v.at(x, y) * w], self.tiling);
-        self.mips.alpha(self.level, uv) >= threshold
-    }
-
-    /// The outline of the triangle's texture, on the screen.
-    fn trim(&self, outline: &Outline, depth: &Plane) -> Trim {
-        let one_over_w = if self.is_orthographic { Plane { at_origin: 1.0, per_px: [0.0; 2] } } else { *depth };
-        let mut trim = Trim { edges: [one_over_w; MAX_EDGES], count: outline.corners.len().min(MAX_EDGES) };
-        for (i, edge) in trim.edges.iter_mut().enumerate().take(trim.count) {
-            let [a, b] = [i, i + 1].map(|i| outline.corners[i % trim.count].map(f64::from));
-            let (of_u, of_v) = (a[1] - b[1], b[0] - a[0]);
-            let of_one = -(of_u * a[0] + of_v * a[1]);
-            let sum = |u: f64, v: f64, one: f64| of_u * u + of_v * v + of_one * one;
-            *edge = Plane {
-                at_origin: sum(self.u.at_origin, self.v.at_origin, one_over_w.at_origin),
-                per_px: [0, 1].map(|axis| sum(self.u.per_px[axis], self.v.per_px[axis], one_over_w.per_px[axis])),
-            };
-        }
-        trim
-    }
-
-    fn threshold(&self, sample: usize) -> f32 {
-        let rank = (self.first_threshold + THRESHOLD_STEP * sample as u32) % SAMPLES as u32;
-        (rank as f32 + 0.5) / SAMPLES as f32
-    }
-}
-
-/// Most edges of an outline.
-const MAX_EDGES: usize = OUTLINE_CORNERS[1] as usize;
-
-/// An outline on the screen: functions that are affine there and negative outside an edge, since
-/// u/w, v/w and 1/w are affine.
-struct Trim {
-    edges: [Plane; MAX_EDGES],
-    count: usize,
-}
-
-impl Trim {
-    /// Whether all of a pixel is outside the outline.
-    fn misses(&self, [x, y]: [i64; 2]) -> bool {
-        self.edges[..self.count].iter().any(|edge| {
-            let [right, down] = edge.per_px;
-            edge.at_origin + right * x as f64 + down * y as f64 + right.max(0.0) + down.max(0.0) < 0.0
-        })
-    }
-}
-
 impl SampledEdge {
     fn new(edge: Edge) -> Self {
         let per_step = edge.per_px.map(|per_px| per_px / SUBPIXEL);
@@ -489,18 +395,4 @@ fn coverage(edges: &[SampledEdge; 3], x: i64, y: i64) -> u32 {
 fn depth_at(depth: &Plane, nearest: f32, at: [i64; 2], sample: usize) -> f32 {
     let [x, y] = sample_px(at, sample);
     depth.at(x, y).min(nearest)
-}
-
-fn sample_px(at: [i64; 2], sample: usize) -> [f64; 2] {
-    let steps = sample_steps(sample);
-    [0, 1].map(|axis| at[axis] as f64 + steps[axis] as f64 / SUBPIXEL as f64)
-}
-
-/// Indices of the set bits of `mask`.
-fn samples(mut mask: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let sample = (mask != 0).then(|| mask.trailing_zeros() as usize);
-        mask &= mask.wrapping_sub(1);
-        sample
-    })
 }
