@@ -14,6 +14,7 @@ use super::{
 };
 use crate::{
     Depth, Result,
+    bounds::largest_scale,
     draw::{
         eye::Eye,
         facts::Facts,
@@ -22,7 +23,7 @@ use crate::{
         look::Look,
         sun::SunView,
     },
-    effects::{Count, Effects, Shadow},
+    effects::{Count, Effects, Shadow, Wind},
 };
 use glam::{DMat4, DVec3};
 
@@ -33,6 +34,7 @@ const WOOD_ERROR: f32 = 2.0;
 /// The shadow map, and the layer that draws it.
 pub(super) struct ShadowPass {
     effect: Shadow,
+    wind: Option<Wind>,
     towards_sun: DVec3,
     map: ShadowMap,
     layer: Layer,
@@ -52,6 +54,7 @@ impl ShadowPass {
         let map = ShadowMap::new(device, effect.resolution);
         Self {
             effect,
+            wind: effects.wind,
             towards_sun,
             map,
             layer: Layer::new(device, Target::Shadow, look, layouts, None),
@@ -83,7 +86,10 @@ impl ShadowPass {
         let mut count = Count::default();
         for plant in plants {
             let Some(model) = models.get(plant.model) else { continue };
-            let (center, radius) = model.placed(plant);
+            let (center, reach) = model.placed(plant);
+            let leaf_reach = model.leaf_reaches[(plant.active as usize).min(model.leaves as usize)] * plant.leaf_scale;
+            let swayed = self.wind.map_or(0.0, |wind| wind.reach(&model.shape, leaf_reach));
+            let radius = reach + f64::from(swayed) * largest_scale(&plant.world_from_plant);
             let casts = sun.is_reached_by(center, radius);
             count.add(casts);
             if casts {

@@ -224,9 +224,11 @@ impl Grove {
         }));
     }
 
-    /// Gives the plants the counts of a budget.
+    /// Gives the plants the counts of a budget. Those that it leaves to their impostors keep the
+    /// leaves of their policy, which are drawn only while an impostor is not there yet.
     fn take(&self, budget: &SharedBudget, selected: &mut [Active]) {
-        for (active, &count) in selected.iter_mut().zip(budget.counts()) {
+        for (active, count) in selected.iter_mut().zip(budget.counts()) {
+            let Some(count) = count else { continue };
             let kind = &self.kinds[self.plants[active.instance as usize].kind as usize];
             active.count = count;
             active.far = kind.policy.far(count / kind.leaves.max(1) as f32);

@@ -10,8 +10,8 @@ use crate::{
 pub struct SharedBudget {
     /// Number of leaves for all plants in view.
     pub leaves: f64,
-    /// When plants are handed over to impostors: those of which no leaf shows take none. `None` if
-    /// there are none.
+    /// When plants are handed over to impostors: those of which no leaf shows take nothing. `None`
+    /// if there are no impostors.
     pub far: Option<Far>,
     curves: Vec<ErrorCurve>,
     splitter: Splitter,
@@ -59,8 +59,8 @@ impl SharedBudget {
         self.splitter.repeat(&self.items, &mut self.counts);
     }
 
-    /// Counts of the plants.
-    pub(super) fn counts(&self) -> &[f32] {
-        &self.counts
+    /// Counts of the plants; `None` for those that are left to their impostors.
+    pub(super) fn counts(&self) -> impl Iterator<Item = Option<f32>> {
+        self.items.iter().zip(&self.counts).map(|(item, &count)| (item.ceiling > 0.0).then_some(count))
     }
 }

@@ -56,14 +56,17 @@ fn plants_of_a_grove_share_a_budget_and_cast_the_shadows_of_their_leaves() {
 }
 
 #[test]
-fn plants_that_are_all_impostor_take_no_leaves() {
+fn plants_that_are_all_impostor_take_nothing_of_the_budget_and_keep_the_leaves_of_their_policy() {
     let (mut grove, camera) = grove();
-    let mut budget = SharedBudget::new(&models(), Rule::default(), 1e6);
+    let mut budget = SharedBudget::new(&models(), Rule::default(), 1e5);
     budget.far = Some(Far { at_px: 150.0, ..Far::default() });
-    let mut seen = Vec::new();
+    let (mut seen, mut by_policy) = (Vec::new(), Vec::new());
+    grove.select(&camera, &mut by_policy);
     let spent = grove.select_within(&camera, &mut budget, Some(0.016), &mut seen);
-    let without = seen.iter().filter(|active| active.count == 0.0).count();
-    assert!(without > 50 && without < seen.len() && spent.used <= 1e6, "{without} of {}", seen.len());
+    let (kept, shared): (Vec<Active>, Vec<Active>) = seen.iter().partition(|active| by_policy.contains(active));
+    assert!(kept.len() > 50 && shared.len() > 20, "{} of {}", kept.len(), seen.len());
+    assert!(kept.iter().all(|active| active.count >= 300.0), "no plant is bare while its impostor is made");
+    assert!((sum(&shared) - spent.used).abs() < 1.0 && spent.used > 99_999.0, "{spent:?}");
 }
 
 #[test]
