@@ -1,4 +1,4 @@
-//! Splitting a budget among plants: `cargo bench --bench budget`.
+//! Splitting a budget among plants, and what shows of them: `cargo bench --bench budget`.
 //!
 //! Ten thousand plants, exactly, and a million, by histogram, of three kinds, on one thread; the
 //! plants are those of a wide wood, so there are more of them the smaller they are. After each case
@@ -8,9 +8,14 @@ mod common;
 
 use criterion::Criterion;
 use foliage_lod::{
+    LookAt,
     model::ErrorCurve,
-    scene::budget::{Exponent, Item, Rule, Splitter},
+    scene::{
+        budget::{Exponent, Item, Rule, Splitter},
+        visibility::{Crown, Visibility},
+    },
 };
+use glam::DVec3;
 use std::{hint::black_box, time::Instant};
 
 fn main() {
@@ -21,6 +26,7 @@ fn main() {
             split(&mut criterion, plants, &format!("{name}, {of}"), exponent);
         }
     }
+    look(&mut criterion, if common::as_test() { 2_000 } else { 100_000 });
     criterion.final_summary();
 }
 
@@ -65,5 +71,35 @@ fn split(criterion: &mut Criterion, plants: u32, name: &str, exponent: Exponent)
         let missing = 100.0 * (1.0 - spent.used / budget);
         let each = milliseconds * 1e6 / f64::from(plants);
         println!("{name}: {milliseconds:.2} ms, {each:.1} ns per plant in view, {missing:.4} % of the budget left");
+    }
+}
+
+/// One frame of a walker's estimate of what shows of so many crowns in view, 7 m apart.
+fn look(criterion: &mut Criterion, crowns: u32) {
+    let side = f64::from(crowns).sqrt().ceil() as u32;
+    let place =
+        |i: u32| DVec3::new(7.0 * (f64::from(i % side) - 0.5 * f64::from(side)), 5.0, -7.0 * f64::from(i / side));
+    let crown = |i: u32| Crown { instance: i, center: place(i), half: [3.0, 4.0], opacity: 0.8 };
+    let all: Vec<Crown> = (0..crowns).map(crown).collect();
+    for (height, name) in [(1.7, "walker"), (120.0, "from 120 m")] {
+        let eye = DVec3::new(0.0, height, 12.0);
+        let camera = LookAt {
+            eye,
+            target: DVec3::new(0.0, 0.0, -250.0),
+            up: DVec3::Y,
+            fov_y_radians: 1.0,
+            aspect: 16.0 / 9.0,
+            near: 0.1,
+        };
+        let camera = camera.camera(1080);
+        let mut visibility = Visibility::new();
+        visibility.update(&camera, all.iter().copied(), Some(0.016));
+        let mut group = criterion.benchmark_group("visibility");
+        group.sample_size(20);
+        group.bench_function(format!("{name}, {crowns} crowns"), |bencher| {
+            bencher.iter(|| visibility.update(&camera, black_box(&all).iter().copied(), Some(0.016)));
+        });
+        group.finish();
+        println!("{name}: {:?}", visibility.estimate());
     }
 }

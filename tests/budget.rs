@@ -12,6 +12,9 @@ mod hard;
 mod oracle;
 #[path = "budget/steady.rs"]
 mod steady;
+#[cfg(all(feature = "simplify", feature = "software"))]
+#[path = "budget/visibility.rs"]
+mod visibility;
 
 use foliage_lod::{
     model::ErrorCurve,

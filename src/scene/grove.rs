@@ -4,10 +4,13 @@
 //! their largest, so nothing in view is ever missed. Its boxes are `f32`, relative to the grove's
 //! centre and rounded outwards, so a grove may lie anywhere in an `f64` world.
 //!
-//! Limits: no occlusion culling; moving a plant means rebuilding the grove (0.3 ms for 1,000
-//! plants).
+//! Limits: no occlusion culling (a budget may [weigh](super::visibility) what shows); moving a
+//! plant means rebuilding the grove (0.3 ms for 1,000 plants).
 
-use super::{budget::Spent, shared::SharedBudget};
+use super::{
+    budget::Spent,
+    shared::{InView, SharedBudget},
+};
 use crate::{
     Camera, Error, Result,
     bounds::{Sphere, largest_scale},
@@ -200,7 +203,8 @@ impl Grove {
         out: &mut Vec<Active>,
     ) -> Spent {
         self.select(camera, out);
-        self.fill(camera, budget, out);
+        budget.look(camera, self.in_view(camera, out), seconds);
+        budget.fill(self.in_view(camera, out));
         let spent = budget.split(seconds);
         self.take(budget, out);
         spent
@@ -210,18 +214,19 @@ impl Grove {
     /// were in view, by what `budget` was split by last.
     pub fn select_all_within(&mut self, camera: &Camera, budget: &mut SharedBudget, out: &mut Vec<Active>) {
         self.select_all(camera, out);
-        self.fill(camera, budget, out);
+        budget.fill(self.in_view(camera, out));
         budget.repeat();
         self.take(budget, out);
     }
 
-    /// Fills a budget with plants.
-    fn fill(&self, camera: &Camera, budget: &mut SharedBudget, selected: &[Active]) {
+    /// Selected plants as a budget knows them.
+    fn in_view<'a>(&'a self, camera: &Camera, selected: &'a [Active]) -> impl Iterator<Item = InView> + use<'a> {
         let seen_by = SeenBy::new(camera);
-        budget.fill(selected.iter().map(|active| {
-            let plant = &self.plants[active.instance as usize];
-            (active.instance, plant.kind, seen_by.sight(plant.center, plant.radius))
-        }));
+        selected.iter().map(move |active| {
+            let Plant { kind, center, radius, .. } = self.plants[active.instance as usize];
+            let sight = seen_by.sight(center, radius);
+            InView { instance: active.instance, kind, center, radius, sight }
+        })
     }
 
     /// Gives the plants the counts of a budget. Those that it leaves to their impostors keep the

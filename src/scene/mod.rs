@@ -18,6 +18,7 @@ pub mod patch;
 mod portions;
 mod scatter;
 mod shared;
+pub mod visibility;
 
 pub use camera::{CameraEntry, Orbit, Station};
 pub use file::{MAX_PLANTS, ModelSource, PlantEntry, Planted, SceneFile, Sun};

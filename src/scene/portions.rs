@@ -34,6 +34,10 @@ pub struct BudgetEntry {
     /// How they are split.
     #[serde(default)]
     pub rule: Portions,
+    /// `error` and `equal`: whether errors count by what shows of each plant behind others; by
+    /// default they do not.
+    #[serde(default)]
+    pub visibility: bool,
     /// `error`: exponent of the errors, from 1, their sum, to 64; by default 2.
     pub exponent: Option<f32>,
 }
@@ -41,7 +45,7 @@ pub struct BudgetEntry {
 impl BudgetEntry {
     /// So many leaves, split by the errors.
     pub fn of_leaves(leaves: f64) -> Self {
-        Self { leaves, rule: Portions::Error, exponent: None }
+        Self { leaves, rule: Portions::Error, visibility: false, exponent: None }
     }
 
     /// The rule for pictures of so many rows and a far plane at a distance.
@@ -61,6 +65,9 @@ impl BudgetEntry {
     /// [`Error::InvalidOption`](crate::Error::InvalidOption) for the first out of its range.
     pub fn check(&self) -> Result<()> {
         check_range("budget.leaves", self.leaves, 0.0..=1e12)?;
+        let allowed = "left out: only the rules error and equal use it";
+        let ignores = !matches!(self.rule, Portions::Error | Portions::Equal);
+        wrong_if(self.visibility && ignores, "budget.visibility", "true", allowed)?;
         let Some(exponent) = self.exponent else { return Ok(()) };
         let allowed = "left out: only the rule error uses it";
         wrong_if(self.rule != Portions::Error, "budget.exponent", &exponent.to_string(), allowed)?;

@@ -1,10 +1,43 @@
 //! A budget that all plants of a grove in view share.
 
-use super::budget::{Item, Rule, Spent, Splitter};
+use super::{
+    budget::{Item, Rule, Spent, Splitter},
+    visibility::{Crown, CrownShape, Visibility},
+};
 use crate::{
+    Camera,
     extract::{Far, Sight},
     model::{ErrorCurve, FoliageModel},
 };
+use glam::DVec3;
+use std::time::Instant;
+
+/// Frames over which the cost of visibility is compared with what it saves.
+const JUDGED: u32 = 60;
+/// Frames that it is left out for, once it cost more.
+const LEFT_OUT: u32 = 600;
+
+/// A plant in view.
+pub(super) struct InView {
+    pub(super) instance: u32,
+    pub(super) kind: u32,
+    pub(super) center: DVec3,
+    pub(super) radius: f64,
+    pub(super) sight: Sight,
+}
+
+/// What plants of a budget hide of each other.
+struct Hidden {
+    visibility: Visibility,
+    /// Crowns of the kinds.
+    shapes: Vec<CrownShape>,
+    /// What it took, and frames, since it was judged last.
+    seconds: f64,
+    frames: u32,
+    /// Frames for which it is still left out.
+    left_out: u32,
+    times_left_out: u32,
+}
 
 /// A budget of leaves, for [`Grove::select_within`](super::Grove::select_within).
 pub struct SharedBudget {
@@ -13,6 +46,10 @@ pub struct SharedBudget {
     /// When plants are handed over to impostors: those of which no leaf shows take nothing. `None`
     /// if there are no impostors.
     pub far: Option<Far>,
+    /// What it takes to draw a leaf, in seconds: with it, visibility is left out for a while where
+    /// estimating it takes longer than the leaves it is for would. `None` never leaves it out.
+    pub seconds_per_leaf: Option<f64>,
+    hidden: Option<Hidden>,
     curves: Vec<ErrorCurve>,
     splitter: Splitter,
     items: Vec<Item>,
@@ -25,21 +62,88 @@ impl SharedBudget {
     pub fn new(models: &[FoliageModel], rule: Rule, leaves: f64) -> Self {
         let curves: Vec<ErrorCurve> = models.iter().map(ErrorCurve::of).collect();
         let splitter = Splitter::new(&curves, rule);
-        Self { leaves, far: None, curves, splitter, items: Vec::new(), counts: Vec::new() }
+        let (items, counts) = (Vec::new(), Vec::new());
+        Self { leaves, far: None, seconds_per_leaf: None, hidden: None, curves, splitter, items, counts }
+    }
+
+    /// With errors weighted by what [shows](super::visibility) of each plant behind others. The
+    /// models are those that the budget is for.
+    pub fn with_visibility(self, models: &[FoliageModel]) -> Self {
+        let shapes = models.iter().map(CrownShape::new).collect();
+        let visibility = Visibility::new();
+        let hidden = Hidden { visibility, shapes, seconds: 0.0, frames: 0, left_out: 0, times_left_out: 0 };
+        Self { hidden: Some(hidden), ..self }
+    }
+
+    /// What shows of the plants, if that is asked for.
+    pub fn visibility(&self) -> Option<&Visibility> {
+        self.hidden.as_ref().map(|hidden| &hidden.visibility)
+    }
+
+    /// Same as [`visibility`](Self::visibility), to tell what else hides plants.
+    pub fn visibility_mut(&mut self) -> Option<&mut Visibility> {
+        self.hidden.as_mut().map(|hidden| &mut hidden.visibility)
+    }
+
+    /// Number of times that visibility was left out because it took more than it saved.
+    pub fn times_left_out(&self) -> u32 {
+        self.hidden.as_ref().map_or(0, |hidden| hidden.times_left_out)
     }
 
     /// Forgets the last frame, as after a cut.
     pub fn reset(&mut self) {
         self.splitter.reset();
+        self.hidden.iter_mut().for_each(|hidden| hidden.visibility.reset());
+    }
+
+    /// Estimates what shows of the plants in view, if that is asked for.
+    pub(super) fn look(&mut self, camera: &Camera, plants: impl Iterator<Item = InView>, seconds: Option<f64>) {
+        let (leaves, seconds_per_leaf) = (self.leaves, self.seconds_per_leaf);
+        let Some(hidden) = &mut self.hidden else { return };
+        hidden.left_out = hidden.left_out.saturating_sub(1);
+        if hidden.left_out > 0 {
+            return;
+        }
+        let Hidden { visibility, shapes, .. } = hidden;
+        let started = Instant::now();
+        let crown = |plant: InView| {
+            let CrownShape { center, half, opacity } = *shapes.get(plant.kind as usize)?;
+            let center = plant.center + DVec3::Y * (f64::from(center[1]) * plant.radius);
+            Some(Crown {
+                instance: plant.instance,
+                center,
+                half: half.map(|half| f64::from(half) * plant.radius),
+                opacity,
+            })
+        };
+        visibility.update(camera, plants.filter_map(crown), seconds);
+        if seconds.is_none() {
+            return;
+        }
+        hidden.seconds += started.elapsed().as_secs_f64();
+        hidden.frames += 1;
+        if let Some(seconds_per_leaf) = seconds_per_leaf.filter(|_| hidden.frames == JUDGED) {
+            let saved = leaves * f64::from(1.0 - hidden.visibility.estimate().shown) * seconds_per_leaf;
+            if hidden.seconds > saved * f64::from(JUDGED) {
+                hidden.left_out = LEFT_OUT;
+                hidden.times_left_out += 1;
+                hidden.visibility.reset();
+            }
+        }
+        if hidden.frames >= JUDGED {
+            (hidden.frames, hidden.seconds) = (0, 0.0);
+        }
     }
 
     /// Replaces the plants.
-    pub(super) fn fill(&mut self, plants: impl Iterator<Item = (u32, u32, Sight)>) {
-        let Self { curves, items, far, .. } = self;
+    pub(super) fn fill(&mut self, plants: impl Iterator<Item = InView>) {
+        let Self { curves, items, far, hidden, .. } = self;
+        let visibility = hidden.as_ref().map(|hidden| &hidden.visibility);
         items.clear();
         let leafless = ErrorCurve::hull(1.0, 2.0, [(0, 0.0)]);
-        items.extend(plants.map(|(instance, kind, sight)| {
+        items.extend(plants.map(|InView { instance, kind, sight, .. }| {
             let item = Item::seen(kind, curves.get(kind as usize).unwrap_or(&leafless), &sight);
+            let item = Item { weight: visibility.map_or(1.0, |shown| shown.weight(instance)), ..item };
             let is_far = far.is_some_and(|far| far.share(2.0 * sight.radius_px(), instance) >= 1.0);
             if is_far { Item { ceiling: 0.0, ..item } } else { item }
         }));

@@ -83,8 +83,10 @@ fn scene_files_have_budgets_and_wrong_ones_are_refused() {
     for (name, rule) in [("equal", Portions::Equal), ("cook", Portions::Cook), ("gomez", Portions::Gomez)] {
         assert_eq!(entry(&format!("[budget]\nleaves = 9\nrule = {name:?}")).rule, rule);
     }
+    assert!(entry("[budget]\nleaves = 9\nvisibility = true").visibility);
     for (wrong, named) in [
         ("leaves = -1", "budget.leaves is -1"),
+        ("leaves = 9\nrule = \"cook\"\nvisibility = true", "only the rules error and equal"),
         ("leaves = nan", "budget.leaves is NaN"),
         ("rule = \"cook\"", "leaves"),
         ("leaves = 9\nexponent = 0.5", "budget.exponent is 0.5"),

@@ -18,7 +18,7 @@ use foliage_lod::{
     effects::{Contrast, CrownNormals, Effects, Fade, FadeRule as Rule, Translucency, Wind},
     extract::{self, CookLambda, Far, LodPolicy, fewest_leaves, leaf_count},
     file,
-    scene::{BudgetEntry, budget::Spent},
+    scene::{BudgetEntry, budget::Spent, visibility::Estimate},
     simplify::CpuFragments,
     stochastic::Stochastic,
     terrain::ERROR_PX,
@@ -103,6 +103,13 @@ fn finish(
         let [asked, used] = [asked, used].map(|leaves| HumanCount(leaves as u64));
         output::line(format_args!("budget    {used} of {asked} leaves, at {mu:.2e} pixels a leaf"))?;
     }
+    if let Some(Estimate { crowns, hidden, shown, .. }) = staging.visibility.filter(|_| !args.json) {
+        let [crowns, hidden] = [crowns, hidden].map(|count| HumanCount(count.into()));
+        output::line(format_args!(
+            "visible   {:.0} % of the crowns' area; of {hidden} of {crowns} crowns less than a tenth",
+            100.0 * shown
+        ))?;
+    }
     let ground = drawing.prepared.ground;
     if ground.triangles > 0 && !args.json {
         output::line(format_args!("ground    {} triangles", HumanCount(ground.triangles.into())))?;
@@ -145,6 +152,7 @@ fn finish(
             "impostor_frames_made": drawing.frames_made,
             "effects": effects,
             "budget": staging.budget.map(budget_json),
+            "visibility": staging.visibility.map(visibility_json),
             "adapter": drawing.adapter,
             "seconds": steps.total_seconds(),
         }))?;
@@ -155,6 +163,11 @@ fn finish(
 /// What was spent of a budget.
 fn budget_json(spent: Spent) -> Value {
     json!({ "unit": "leaves", "asked": spent.asked, "used": spent.used, "mu": spent.mu, "floors": spent.floors })
+}
+
+/// What shows of plants behind others.
+fn visibility_json(of: Estimate) -> Value {
+    json!({ "crowns": of.crowns, "drawn": of.drawn, "hidden": of.hidden, "shown": of.shown })
 }
 
 /// Numbers of plants by what they are drawn with.

@@ -328,7 +328,7 @@ impl Opened {
         let far = self.look().ground.map_or(f64::from(f32::MAX), |ground| ground.haze);
         let mut shared = SharedBudget::new(&self.models, entry.rule(height_px as f32, far), entry.leaves);
         shared.far = self.file.far;
-        shared
+        if entry.visibility { shared.with_visibility(&self.models) } else { shared }
     }
 
     /// What was spent of the budget, if there is one.
@@ -393,7 +393,8 @@ impl Opened {
         let effects = self.file.effects;
         let casters = self.casters(&camera, full, &effects);
         let (look, terrain, budget) = (self.look(), self.terrain.clone(), self.spent());
-        Ok(Staging { look, terrain, budget, models: &self.models, plants, casters, camera, seconds })
+        let visibility = self.budget.as_ref().and_then(|(budget, _)| Some(budget.visibility()?.estimate()));
+        Ok(Staging { look, terrain, budget, visibility, models: &self.models, plants, casters, camera, seconds })
     }
 }
 

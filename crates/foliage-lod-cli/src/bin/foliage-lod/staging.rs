@@ -1,7 +1,11 @@
 //! Contents of a picture: models, their plants, a camera and a look.
 
 use crate::planting::Planting;
-use foliage_lod::{Camera, FoliageModel, Look, scene::budget::Spent, terrain::Terrain};
+use foliage_lod::{
+    Camera, FoliageModel, Look,
+    scene::{budget::Spent, visibility::Estimate},
+    terrain::Terrain,
+};
 use glam::{DAffine3, Vec3};
 use std::sync::Arc;
 
@@ -21,6 +25,8 @@ pub struct Staging<'a> {
     pub terrain: Option<Arc<Terrain>>,
     /// What was spent of the scene's budget, if it has one.
     pub budget: Option<Spent>,
+    /// What shows of the plants, if its budget goes by that.
+    pub visibility: Option<Estimate>,
     /// Time of the animation in seconds.
     pub seconds: f64,
 }
@@ -70,6 +76,7 @@ impl<'a> Staging<'a> {
             look,
             terrain: None,
             budget: None,
+            visibility: None,
             seconds,
         }
     }
