@@ -215,6 +215,11 @@ impl FoliageModel {
         largest
     }
 
+    /// Number of leaves that repeat their picture when they are enlarged.
+    pub fn tiled_leaves(&self) -> usize {
+        self.leaves.iter().filter(|leaf| self.tiles(leaf).is_some()).count()
+    }
+
     /// What an enlarged leaf repeats; `None` if it is drawn larger.
     pub(crate) fn tiles(&self, leaf: &Leaf) -> Option<Tiles> {
         let material = self.materials.get(leaf.material as usize).filter(|_| self.growth.tiles)?;

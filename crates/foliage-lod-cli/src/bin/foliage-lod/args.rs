@@ -30,6 +30,8 @@ pub struct Args {
 pub enum Command {
     /// Simplify a tree file into a model with continuous level of detail.
     Simplify(Simplify),
+    /// Write a model as glTF, with its continuous level of detail or as discrete levels.
+    Export(Export),
     /// Add an impostor to a model: pictures from all around, drawn in its place far away.
     Bake(Bake),
     /// Show the contents of a model or scene, or which parts of a tree file would become leaves and
@@ -188,6 +190,41 @@ pub struct Simplify {
     /// Also render the model with 100, 50 and 15 % of its leaves into this folder.
     #[arg(long, value_name = "FOLDER")]
     pub pictures: Option<PathBuf>,
+    /// Print one JSON object instead of a line per step.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `foliage-lod export`.
+#[derive(Parser)]
+pub struct Export {
+    /// The model (.vds), or a tree to simplify first: .glb, .gltf or .obj.
+    pub input: PathBuf,
+    /// File to write: a glTF that every viewer shows as the full tree, and that keeps the continuous
+    /// level of detail for readers of docs/CONTINUOUS_GLTF.md.
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub output: PathBuf,
+    /// Write a plain glTF for each of these shares of the leaves instead, OUT_LOD0.glb and so on, and
+    /// OUT_lods.json with their numbers.
+    #[arg(long, value_name = "SHARE,...", value_delimiter = ',', value_parser = share)]
+    pub levels: Vec<f64>,
+    /// Keep every bit instead of 16 bits a coordinate.
+    #[arg(long)]
+    pub exact: bool,
+    /// Turn the tree so that Z points up in programs that do not turn glTF, whose up is Y.
+    #[arg(long)]
+    pub z_up: bool,
+    /// Factor of all lengths.
+    #[arg(long, default_value_t = 1.0)]
+    pub scale: f64,
+    /// Preset that a tree is simplified with.
+    #[arg(long, value_enum, default_value_t = Preset::Balanced)]
+    pub preset: Preset,
+    #[command(flatten)]
+    pub import: Import,
+    /// Processor that captures the fragments; auto uses a hardware GPU if there is one.
+    #[arg(long, value_enum, default_value_t = Raster::Auto)]
+    pub raster: Raster,
     /// Print one JSON object instead of a line per step.
     #[arg(long)]
     pub json: bool,
@@ -387,15 +424,22 @@ pub fn parse() -> Result<Args, Failure> {
     Args::try_parse().map_err(Failure::Usage)
 }
 
+impl Preset {
+    /// The library's options.
+    pub fn options(self) -> SimplifyOptions {
+        match self {
+            Self::Paper => SimplifyOptions::paper(),
+            Self::Fast => SimplifyOptions::fast(),
+            Self::Balanced => SimplifyOptions::balanced(),
+            Self::Best => SimplifyOptions::best(),
+        }
+    }
+}
+
 impl Simplify {
     /// The preset with the command line's overrides.
     pub fn options(&self) -> SimplifyOptions {
-        let mut options = match self.preset {
-            Preset::Paper => SimplifyOptions::paper(),
-            Preset::Fast => SimplifyOptions::fast(),
-            Preset::Balanced => SimplifyOptions::balanced(),
-            Preset::Best => SimplifyOptions::best(),
-        };
+        let mut options = self.preset.options();
         options.criterion = self.criterion.unwrap_or(options.criterion);
         options.compensate = self.compensate.unwrap_or(options.compensate);
         options.resolution = self.resolution.unwrap_or(options.resolution);

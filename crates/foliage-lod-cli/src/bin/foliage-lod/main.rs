@@ -7,6 +7,7 @@ mod args;
 mod baking;
 mod curves;
 mod drawing;
+mod export;
 mod failure;
 mod grow;
 mod inspect;
@@ -54,6 +55,7 @@ fn run() -> Result<(), Failure> {
     match args.command {
         None => quickstart::run(),
         Some(Command::Simplify(args)) => simplify::run(&args),
+        Some(Command::Export(args)) => export::run(&args),
         Some(Command::Bake(args)) => baking::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Grow(args)) => grow::run(&args),

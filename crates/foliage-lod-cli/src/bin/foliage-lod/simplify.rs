@@ -154,7 +154,8 @@ fn check_ending(output: &Path) -> Result<(), Error> {
         }
         "glb" | "gltf" | "obj" => {
             format!(
-                "a .vds file such as {model}: models are not exported to .{ending}, only `foliage-lod grow` writes .glb"
+                "a .vds file such as {model}; for other programs: foliage-lod export {model} -o {}",
+                output.with_extension("glb").display()
             )
         }
         _ => format!("a .vds file such as {model}"),

@@ -8,6 +8,8 @@ use crate::{
 use serde_json::{Value, json};
 
 /// Component types.
+const BYTE: u32 = 5120;
+const UNSIGNED_BYTE: u32 = 5121;
 const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
@@ -45,6 +47,57 @@ impl Buffer {
         }
         let view = self.view(start, Some(ARRAY_BUFFER));
         self.accessor(json!({ "bufferView": view, "componentType": FLOAT, "count": count, "type": shape }))
+    }
+
+    /// Appends vectors of fractions of 65,535; with their bounds if they are positions. Returns the
+    /// accessor index.
+    pub fn shorts<const N: usize>(
+        &mut self,
+        shape: &str,
+        vectors: impl Iterator<Item = [u16; N]> + Clone,
+        is_position: bool,
+    ) -> usize {
+        let accessor =
+            self.fractions(shape, UNSIGNED_SHORT, vectors.clone().map(|vector| vector.map(u16::to_le_bytes)));
+        if is_position {
+            let ends =
+                |least: fn(u16, u16) -> u16| vectors.clone().reduce(|a, b| std::array::from_fn(|i| least(a[i], b[i])));
+            self.accessors[accessor]["min"] = json!(ends(u16::min).map(|end| end.to_vec()));
+            self.accessors[accessor]["max"] = json!(ends(u16::max).map(|end| end.to_vec()));
+        }
+        accessor
+    }
+
+    /// Appends vectors of fractions of 127, from -1 to 1; returns the accessor index.
+    pub fn signed_bytes<const N: usize>(&mut self, shape: &str, vectors: impl Iterator<Item = [i8; N]>) -> usize {
+        self.fractions(shape, BYTE, vectors.map(|vector| vector.map(i8::to_le_bytes)))
+    }
+
+    /// Appends vectors of fractions of 255; returns the accessor index.
+    pub fn bytes<const N: usize>(&mut self, shape: &str, vectors: impl Iterator<Item = [u8; N]>) -> usize {
+        self.fractions(shape, UNSIGNED_BYTE, vectors.map(|vector| vector.map(u8::to_le_bytes)))
+    }
+
+    /// Appends vectors of integers that stand for fractions, each padded to a multiple of 4 bytes.
+    fn fractions<const N: usize, const B: usize>(
+        &mut self,
+        shape: &str,
+        component: u32,
+        vectors: impl Iterator<Item = [[u8; B]; N]>,
+    ) -> usize {
+        let start = self.bytes.len();
+        let stride = (N * B).next_multiple_of(4);
+        let mut count = 0;
+        for vector in vectors {
+            self.bytes.extend(vector.as_flattened());
+            count += 1;
+            self.bytes.resize(start + count * stride, 0);
+        }
+        let view = self.view(start, Some(ARRAY_BUFFER));
+        self.views[view]["byteStride"] = json!(stride);
+        self.accessor(json!({
+            "bufferView": view, "componentType": component, "normalized": true, "count": count, "type": shape,
+        }))
     }
 
     /// Appends indices below `vertices`, in 16 bits if they fit; returns the accessor index.

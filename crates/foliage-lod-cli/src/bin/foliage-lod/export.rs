@@ -1,0 +1,145 @@
+//! `foliage-lod export`: writes models for other programs.
+
+use crate::{
+    args, curves,
+    failure::{Failure, complain},
+    models,
+    output::{self, Steps},
+    progress::spinning,
+    raster::simplified,
+};
+use foliage_lod::{
+    Error, FoliageModel,
+    export::{Continuous, Level, write_continuous, write_glb},
+    file,
+    import::{self, Imported},
+};
+use indicatif::{DecimalBytes, HumanCount};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Runs the subcommand.
+pub fn run(args: &args::Export) -> Result<(), Failure> {
+    check_output(args)?;
+    let mut steps = Steps::new(args.json);
+    let model = model(args, &mut steps)?;
+    let files = if args.levels.is_empty() { vec![continuous(args, &model)?] } else { levels(args, &model)? };
+    let mut written = Vec::new();
+    for File { path, bytes, about } in files {
+        file::write_whole(&path, &bytes)?;
+        let told = about
+            .get("leaves")
+            .and_then(Value::as_u64)
+            .map_or(String::new(), |leaves| format!("{} leaves, ", HumanCount(leaves)));
+        steps.done("write", format!("{}: {told}{}", path.display(), DecimalBytes(bytes.len() as u64)))?;
+        let file = json!({ "file": path.display().to_string(), "bytes": bytes.len() });
+        written.push(output::merged(file, about));
+    }
+    if args.json {
+        output::line(json!({ "leaves": model.leaves.len(), "files": written, "seconds": steps.total_seconds() }))?;
+    }
+    Ok(())
+}
+
+/// A file to write.
+struct File {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    about: Value,
+}
+
+/// The model, or what a tree file is simplified to.
+fn model(args: &args::Export, steps: &mut Steps) -> Result<FoliageModel, Failure> {
+    if args.input.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vds")) {
+        let model = models::read(&args.input)?;
+        steps.done("read", format!("{}: {} leaves", model.name, HumanCount(model.leaves.len() as u64)))?;
+        return Ok(model);
+    }
+    let options = args.import.options();
+    let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &options))?;
+    warnings.iter().for_each(|warning| complain(output::warning_line(warning)));
+    steps.done("read", format!("{}: {} leaves", plant.name, HumanCount(plant.leaves.len() as u64)))?;
+    let (made, rasteriser) = simplified(args.raster, &plant, &args.preset.options())?;
+    steps.done("simplify", format!("on {rasteriser}, {} fragments", HumanCount(made.fragments)))?;
+    let mut model = made.model;
+    if !model.wood.indices.is_empty() && !args.levels.is_empty() {
+        model.order_wood();
+        steps.done("wood", "in the order in which it loses detail")?;
+    }
+    Ok(model)
+}
+
+fn continuous(args: &args::Export, model: &FoliageModel) -> Result<File, Failure> {
+    let options = Continuous { exact: args.exact, z_up: args.z_up, scale: args.scale };
+    let tiled = model.tiled_leaves() as u64;
+    if tiled > 0 {
+        complain(format_args!(
+            "warning: {} leaves repeat their picture when they are enlarged, which glTF cannot say; they show one \
+             larger picture instead. Models made with --growth scale look the same everywhere",
+            HumanCount(tiled)
+        ));
+    }
+    let bytes = spinning("writing", || write_continuous(model, &options))?;
+    let about = json!({ "leaves": model.leaves.len(), "max_scale": model.max_scale, "tiled_leaves": tiled });
+    Ok(File { path: args.output.clone(), bytes, about })
+}
+
+/// A file for each level, and one that tells of them.
+fn levels(args: &args::Export, model: &FoliageModel) -> Result<Vec<File>, Failure> {
+    let curve = match &model.curve {
+        Some(curve) => curve.clone(),
+        None => curves::measure(model)?,
+    };
+    let stem = args.output.file_stem().unwrap_or_default().to_string_lossy();
+    let mut files = Vec::new();
+    for (number, &lod) in args.levels.iter().enumerate() {
+        let (level, bytes) = spinning("writing", || {
+            let level = Level::new(model, lod);
+            let bytes = write_glb(&level.plant);
+            bytes.map(|bytes| (level, bytes))
+        })?;
+        // On a screen of 1080 rows.
+        let size_px = level.size_px.min(1080.0);
+        let error = curve.error_px(f64::from(level.leaves));
+        let error_px = error * f64::from(size_px / curve.size_px).powf(f64::from(curve.size_power));
+        let about = json!({
+            "leaves": level.leaves,
+            "leaf_triangles": level.plant.indices.len() / 3,
+            "wood_triangles": level.plant.wood.triangles(),
+            "size_px": size_px,
+            "screen_coverage": size_px / 1080.0,
+            "wrong_px": error_px,
+        });
+        files.push(File { path: args.output.with_file_name(format!("{stem}_LOD{number}.glb")), bytes, about });
+    }
+    let told: Vec<Value> = files
+        .iter()
+        .map(|file| {
+            let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+            output::merged(json!({ "file": name }), file.about.clone())
+        })
+        .collect();
+    let text = serde_json::to_string_pretty(&json!({ "model": model.name, "levels": told })).unwrap_or_default();
+    let path = args.output.with_file_name(format!("{stem}_lods.json"));
+    files.push(File { path, bytes: text.into_bytes(), about: json!({}) });
+    Ok(files)
+}
+
+/// Rejects outputs that cannot be written, before the work starts.
+fn check_output(args: &args::Export) -> Result<(), Error> {
+    let output: &Path = &args.output;
+    file::check_writable(output)?;
+    file::check_apart(output, [&args.input])?;
+    let is_glb = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("glb"));
+    if !is_glb {
+        let named = format!("{:?}", output.display().to_string());
+        let allowed = format!("a .glb file such as {}", output.with_extension("glb").display());
+        return Err(Error::invalid("output", named, allowed));
+    }
+    let plain = !args.exact && !args.z_up && args.scale == 1.0;
+    if !args.levels.is_empty() && !plain {
+        let allowed = "left out: levels are written exactly, with Y up, in the model's own units";
+        return Err(Error::invalid("--levels", "with --exact, --z-up or --scale", allowed));
+    }
+    Ok(())
+}

@@ -1,0 +1,91 @@
+//! Discrete levels of a model as plants of their own, for engines that know nothing else.
+
+use crate::{
+    FoliageModel, Plant,
+    extract::{CookLambda, LodPolicy, Sight, Swap, sight::REFERENCE_FOV_Y},
+    leaf::Vertex,
+    plant::{Wood, WoodPart},
+    wood::WoodLevels,
+};
+use glam::Vec3;
+
+/// Rows of the screen that sizes refer to.
+const ROWS: f32 = 1080.0;
+/// Error of the wood in pixels, at the largest size that a level is shown at.
+const WOOD_ERROR_PX: f32 = 0.5;
+/// Steps of the search for that size.
+const STEPS: u32 = 40;
+/// Least and most distances that it is looked for at, in radii.
+const DISTANCES: [f32; 2] = [1.0, 4096.0];
+
+/// One level of detail.
+#[derive(Debug, Clone)]
+pub struct Level {
+    /// The plant with these leaves, enlarged as they are drawn, and with its wood.
+    pub plant: Plant,
+    /// Number of leaves.
+    pub leaves: u32,
+    /// Diameter in pixels on a screen of 1080 rows from which on down it is shown: where Cook's
+    /// policy asks for as many leaves. Infinite with all leaves.
+    pub size_px: f32,
+}
+
+impl Level {
+    /// The level of a valid model that has the share `lod` of its leaves, and at least one. Enlarged
+    /// leaves that would show several pictures show one.
+    pub fn new(model: &FoliageModel, lod: f64) -> Self {
+        let all = model.leaves.len() as u32;
+        let leaves = ((lod * f64::from(all)).ceil() as u32).clamp(1.min(all), all);
+        let size_px = if leaves < all { size_px(leaves as f32 / all as f32) } else { f32::INFINITY };
+        let mut swap = Swap::new(model);
+        swap.set_active(leaves);
+        let mut plant = Plant {
+            name: model.name.clone(),
+            wood: wood(model, 2.0 * model.sphere().radius as f32 * WOOD_ERROR_PX / size_px),
+            materials: model.materials.clone(),
+            textures: model.textures.clone(),
+            ..Plant::default()
+        };
+        for (leaf, &scale) in model.leaves.iter().zip(&swap.scales()[..leaves as usize]) {
+            let pivot = Vec3::from(leaf.pivot);
+            let scaled = |vertex: &Vertex| {
+                let position = pivot + scale * (Vec3::from(vertex.position) - pivot);
+                Vertex { position: position.to_array(), ..*vertex }
+            };
+            let vertices: Vec<Vertex> = model.vertices[leaf.geometry().vertex_range()].iter().map(scaled).collect();
+            let own = &model.indices[leaf.geometry().index_range()];
+            let indices: Vec<u32> = own.iter().map(|index| index - leaf.vertices[0]).collect();
+            plant.push_leaf(&vertices, &indices, leaf.pivot, leaf.material);
+        }
+        Self { plant, leaves, size_px }
+    }
+}
+
+/// Diameter in pixels at which Cook's policy asks for a share of the leaves.
+fn size_px(lod: f32) -> f32 {
+    let sight = |distance: f32| Sight { distance, radius: 1.0, fov_y: REFERENCE_FOV_Y, height_px: ROWS };
+    let [mut near, mut far] = DISTANCES;
+    for _ in 0..STEPS {
+        let middle = (near * far).sqrt();
+        if CookLambda::default().lod(&sight(middle)) > lod { near = middle } else { far = middle }
+    }
+    2.0 * sight(far).radius_px().min(ROWS)
+}
+
+/// The wood within an error; in full at 0, and without an order.
+fn wood(model: &FoliageModel, error: f32) -> Wood {
+    let Some(order) = model.wood_order.as_ref().filter(|_| error > 0.0) else { return model.wood.clone() };
+    let level = WoodLevels::new(&model.wood, order).at(error);
+    let mut wood = Wood { vertices: level.vertices, ..Wood::default() };
+    let mut triangles = level.triangles;
+    triangles.sort_by_key(|triangle| triangle.1);
+    for part in triangles.chunk_by(|a, b| a.1 == b.1) {
+        let first = wood.indices.len() as u32;
+        wood.indices.extend(part.iter().flat_map(|(corners, _)| *corners));
+        wood.parts.push(WoodPart { indices: [first, wood.indices.len() as u32], material: part[0].1 });
+    }
+    for vertex in &mut wood.vertices {
+        vertex.normal = Vec3::from(vertex.normal).normalize_or(Vec3::Y).to_array();
+    }
+    wood
+}
