@@ -249,7 +249,7 @@ function check({ POSITION, _LEAF, _TARGET, _SCALE, _PIVOT }) {
   }
   const stale = 'positions were quantised by a tool that left _PIVOT behind; quantise all but POSITION, or let `foliage-lod export` do it';
   const kind = ({ array, normalized }) => array.constructor.name + !!normalized;
-  if (kind(POSITION) !== kind(_PIVOT)) refuse(stale);
+  if (!(POSITION.array instanceof Float32Array) && kind(POSITION) !== kind(_PIVOT)) refuse(stale);
   const [position, pivot] = [numbers(POSITION), numbers(_PIVOT)];
   for (let axis = 0; axis < 3; axis++) {
     let [low, high] = [Infinity, -Infinity];
@@ -286,8 +286,7 @@ class Part {
       return out;
     };
     const read = (attribute) => attribute && picked(numbers(attribute), attribute.itemSize);
-    const normal = NORMAL ?? attributes.normal;
-    Object.assign(this, { material, matrix, position: picked(position, 3), normal: read(normal), uv: read(UV), color: read(COLOR), leaf: picked(leaf, 1) });
+    Object.assign(this, { material, matrix, position: picked(position, 3), normal: read(NORMAL), uv: read(UV), color: read(COLOR), leaf: picked(leaf, 1) });
     /** Components of a colour, 3 or 4. */
     this.colorSize = COLOR?.itemSize ?? 0;
   }
@@ -338,9 +337,12 @@ export function lodFor({ distance, radius, fovY }, { start = 3, halfArea = 0.4 }
   return Math.max(cook(area, halfArea), 0.5 * inwards * inwards * (3 - 2 * inwards));
 }
 
-/** Count that follows `wanted` from `current` with some slack, so that a trembling camera is calm. */
-export function follow(current, wanted, slack = 0.02) {
-  return Math.min(Math.max(current, wanted * (1 - slack)), wanted * (1 + slack));
+/**
+ * Count that follows `wanted` from `current` with some slack, so that a trembling camera is calm.
+ * All leaves, `most`, are always reached.
+ */
+export function follow(current, wanted, most, slack = 0.02) {
+  return wanted >= most ? most : Math.min(Math.max(current, wanted * (1 - slack)), wanted * (1 + slack));
 }
 
 /**

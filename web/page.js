@@ -782,7 +782,7 @@ class Page {
     const { leaves } = this.model.foliage;
     if (this.isAuto) {
       const [, [, , w, h]] = rects[0];
-      this.wanted = clamp(follow(this.wanted, leaves * cook((this.orbit.diameterPx(w, h) / FULL_PX) ** 2)), 1, leaves);
+      this.wanted = clamp(follow(this.wanted, leaves * cook((this.orbit.diameterPx(w, h) / FULL_PX) ** 2), leaves), 1, leaves);
       const step = Math.log(this.wanted / this.count);
       const seconds = clamp((now - (this.last ?? now)) / 1000, 1 / 120, 1 / 20);
       this.count = Math.abs(step) < 1e-3 ? this.wanted : this.count * Math.exp(step * (1 - Math.exp(-9 * seconds)));
