@@ -125,7 +125,7 @@ fn flat(leaf: u32) -> [u8; 3] {
         let srgb = if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
         (srgb * 255.0).round() as u8
     };
-    [encoded(mixed >> 24), encoded(mixed >> 16 & 255), encoded(mixed >> 8 & 255)]
+    [encoded(mixed >> 24), encoded((mixed >> 16) & 255), encoded((mixed >> 8) & 255)]
 }
 
 /// Share of the pixels that show the same leaf, wood or nothing: of all, and of those that either

@@ -207,7 +207,7 @@ void main() {
     // Less of the sky is seen under the crown.
     float open = mix(0.62, 1.0, smoothstep(0.0, 1.0, length(from)));
     vec3 lit = earth * (SUN * sunlit(at) * max(towardsSun.y, 0.0) + SKY * open);
-    float haze = 1.0 - exp(-pow(length(at - eye) / (radius * 26.0), 1.3));
+    float haze = 1.0 - exp(-pow(length(at - eye) / (radius * 60.0), 1.3));
     above = mix(lit, horizon, clamp(haze, 0.0, 1.0));
     vec4 clip = clipFromWorld * vec4(at, 1.0);
     gl_FragDepth = clamp(clip.z / clip.w * 0.5 + 0.5, 0.0, 1.0);
@@ -633,7 +633,7 @@ class Orbit {
 // ------------------------------------------------------------------------------------------- page
 
 const whole = (x) => Math.round(x).toLocaleString('en');
-const percent = (share) => `${share >= 0.1 ? Math.round(share * 100) : (share * 100).toPrecision(2)} %`;
+const percent = (share) => `${share >= 0.1 ? Math.round(share * 100) : (share * 100).toPrecision(2)}\u00a0%`;
 
 class Page {
   constructor(model, bitmaps) {
@@ -812,7 +812,7 @@ class Page {
 
   #facts() {
     const middle = [...this.times].sort((a, b) => a - b)[this.times.length >> 1];
-    const time = middle === undefined ? '' : `, ${middle.toFixed(middle < 10 ? 1 : 0)} ms a frame`;
+    const time = middle === undefined ? '' : `, ${middle.toFixed(middle < 10 ? 1 : 0)} ms/frame`;
     $('facts').textContent = `${whole(this.model.foliage.triangles(this.shown))} triangles${time}`;
   }
 

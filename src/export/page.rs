@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn the_model_in_a_page_inflates_to_the_bytes_that_were_given() {
-        let glb: Vec<u8> = (0..5000_u32).map(|i| (i * i >> 5) as u8).collect();
+        let glb: Vec<u8> = (0..5000_u32).map(|i| ((i * i) >> 5) as u8).collect();
         let page = page(&glb, "oak");
         let (_, after) = page.split_once("id=\"model\">").unwrap();
         let (text, _) = after.split_once("</script>").unwrap();
