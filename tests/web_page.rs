@@ -21,7 +21,7 @@ use foliage_lod::{
     glam::{DAffine3, DMat4, DVec3},
     gpu::{Offscreen, TARGET, TargetFormat},
     grow::{GrowOptions, Species, grow},
-    material::AlphaMode,
+    material::{AlphaMode, TextureFormat},
     simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
     software::Image,
 };
@@ -48,6 +48,24 @@ fn grown(species: &str, leaves: u32) -> FoliageModel {
 /// The model with whole cards for leaves.
 fn opaque(mut model: FoliageModel) -> FoliageModel {
     model.plant.materials.iter_mut().for_each(|material| material.alpha_mode = AlphaMode::Opaque);
+    model.plant.outlines.clear();
+    model
+}
+
+/// The model with leaves cut out by a disc of few texels: where textures are minified, our renderer
+/// dithers their edges.
+fn cut_out(mut model: FoliageModel) -> FoliageModel {
+    const SIDE: u32 = 8;
+    let middle = 0.5 * (SIDE - 1) as f32;
+    let disc = image::RgbaImage::from_fn(SIDE, SIDE, |x, y| {
+        let away = (x as f32 - middle).hypot(y as f32 - middle);
+        image::Rgba([255, 255, 255, ((middle - away).clamp(0.0, 1.0) * 255.0) as u8])
+    });
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    disc.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    for texture in &mut model.plant.textures {
+        (texture.format, texture.bytes) = (TextureFormat::Png, bytes.get_ref().clone());
+    }
     model.plant.outlines.clear();
     model
 }
@@ -165,6 +183,14 @@ fn write_page(folder: &Path, glb: &[u8]) -> std::path::PathBuf {
 #[test]
 fn the_page_shows_the_same_leaf_as_our_renderer_at_each_pixel() {
     let model = opaque(grown("english-oak", 3000));
+    let Some(pictures) = pictures(&model) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    assert_equal(&write_page(folder.path(), &continuous::glb(&model)), &model, &pictures);
+}
+
+#[test]
+fn cut_out_leaves_cover_the_same_pixels() {
+    let model = cut_out(grown("english-oak", 3000));
     let Some(pictures) = pictures(&model) else { return };
     let folder = tempfile::tempdir().unwrap();
     assert_equal(&write_page(folder.path(), &continuous::glb(&model)), &model, &pictures);
