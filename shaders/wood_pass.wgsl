@@ -8,6 +8,8 @@ struct WoodVertex {
     shift: vec3<f32>,
     // How far from there it is drawn.
     widened: vec3<f32>,
+    // Of a ribbon, along its centre line and as long as half of its width.
+    across: vec3<f32>,
     normal: vec3<f32>,
     uv: vec2<f32>,
     color: vec3<f32>,
@@ -29,13 +31,20 @@ fn wood_surface(number: u32, vertex: WoodVertex, clip_from_anchor: mat4x4<f32>) 
     let instance = instances[number];
     var surface = surface_of(number, instance);
     let thin = clip_from_anchor * vec4(in_anchor_space(vertex.rest + vertex.shift, instance), 1.0);
+    surface.normal = vertex.normal;
     surface.position_local = vertex.rest + vertex.widened + vertex.shift;
+    if any(vertex.across != vec3(0.0)) {
+        // The ribbon is turned towards the eye, and as round as a tube.
+        let towards = unit(surface.eye - surface.position_local);
+        let side = unit(cross(vertex.across, towards));
+        surface.position_local += side * length(vertex.across);
+        surface.normal = unit(side + towards);
+    }
     surface.clip = clip_from_anchor * vec4(in_anchor_space(surface.position_local, instance), 1.0);
     surface.clip.z = select(surface.clip.z, thin.z / thin.w * surface.clip.w, any(vertex.widened != vec3(0.0)));
     surface.uv = vertex.uv;
     surface.middle = vec4(vertex.uv, NO_QUAD);
     surface.color = vertex.color;
-    surface.normal = vertex.normal;
     surface.share = vertex.share;
     surface.material = vertex.material;
     surface.rect = vertex.rect;

@@ -7,12 +7,12 @@ struct WoodCorner {
 
 struct SlidingWood {
     position_xy: u32,
-    // Position along z, and the normal.
+    // Position along z, and the normal or the centre line of a ribbon.
     position_z_normal: u32,
     uv: u32,
     look: u32,
-    // Vertex that it slides to.
-    parent: u32,
+    // Vertex that it slides to, and half of a ribbon's width over its stem's.
+    parent_half: u32,
     // Number of the stem, and the upper half of the error from which on the vertex is where its
     // parent is.
     stem_threshold: u32,
@@ -53,24 +53,42 @@ fn wood_vertex(corner: WoodCorner, error: f32, number: u32) -> WoodVertex {
             let turned = turned_by(carry, normal);
             vertex.rest += here * rest;
             vertex.shift += here * carried_by(carry, rest);
-            vertex.widened += here * widening(stem, error) * turned;
-            vertex.normal += here * turned;
+            if bits.parent_half >> 24u == 0u {
+                vertex.widened += here * widening(stem, error) * turned;
+                vertex.normal += here * turned;
+            } else {
+                vertex.across += here * half_of_ribbon(bits.parent_half >> 24u, stem, error) * turned;
+            }
             vertex.uv += here * uv_of(bits.uv, look);
             vertex.color += here * look.color;
         }
         weight *= share;
-        at = bits.parent;
+        at = bits.parent_half & 0xffffffu;
     }
     return vertex;
 }
 
+// Half of the width that a ribbon is drawn with: 0 while the tube is drawn.
+fn half_of_ribbon(code: u32, stem: u32, error: f32) -> f32 {
+    let width = stems[stem].width;
+    let ratio = error / width;
+    let half = exp2(f32(code) / HALF_STEPS + LEAST_HALF) * width;
+    let breadth = select(1.0, ratio * (1.0 + swell_at(stem, ratio)), ratio > 1.0);
+    return select(half * breadth, 0.0, error < RIBBON * width);
+}
+
 // How far a stem's vertices are drawn outside the surface, along their normals.
 fn widening(stem: u32, error: f32) -> f32 {
+    return error * swell_at(stem, error / stems[stem].width);
+}
+
+// How far a stem is widened over the error, given their ratio.
+fn swell_at(stem: u32, error_ratio: f32) -> f32 {
     // The bits of a number rise with its logarithm, linear between powers of two.
-    let above = bitcast<u32>(max(error / stems[stem].width, LEAST_SWELL)) - bitcast<u32>(LEAST_SWELL);
+    let above = bitcast<u32>(max(error_ratio, LEAST_SWELL)) - bitcast<u32>(LEAST_SWELL);
     let ratio = min(f32(above) / 4194304.0, f32(SWELLS - 1u));
     let step = min(u32(ratio), SWELLS - 2u);
-    return error * mix(swell(stem, step), swell(stem, step + 1u), ratio - f32(step));
+    return mix(swell(stem, step), swell(stem, step + 1u), ratio - f32(step));
 }
 
 fn swell(stem: u32, step: u32) -> f32 {

@@ -20,6 +20,7 @@ fn wood_vertex(corner: WoodCorner, least: f32, number: u32) -> WoodVertex {
         rest,
         carried_by(still_carry(rest, number), rest),
         normal * (0.5 * max(least - abs(width), 0.0)),
+        vec3(0.0),
         normal,
         uv_of(packed.z, look),
         look.color,

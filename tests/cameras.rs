@@ -215,5 +215,5 @@ fn upload_records_give_each_material_its_own_prefix() {
         let leaf = upload.leaf_vertices[index as usize].leaf;
         assert_eq!(upload.leaves[leaf as usize].material, group.material);
     }
-    assert_eq!(upload.wood_end(0.0).corners as usize, upload.wood_indices.len());
+    assert_eq!(upload.drawn_wood(0.0).corners.len(), upload.wood_indices.len());
 }

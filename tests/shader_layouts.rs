@@ -122,7 +122,7 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
         &module,
         SlidingWood,
         "SlidingWood",
-        [position_xy, position_z_normal, uv, look, parent, stem_threshold]
+        [position_xy, position_z_normal, uv, look, parent_half, stem_threshold]
     );
     assert_layout!(&module, StemRecord, "Stem", [width, swells]);
     parsed(&shaders::backdrop_pass());

@@ -79,21 +79,25 @@ impl<'a> Skeleton<'a> {
         stems(&self.model.wood, self.order)
     }
 
-    /// Triangles of the wood at an error, moved.
-    fn wood(&self, levels: &WoodLevels, error: f32, sway: &Sway) -> Vec<[Vec3; 3]> {
-        let level = levels.at(&self.model.wood, self.order, error);
-        let slides = levels.slides(&self.model.wood, self.order);
-        let moved = |number: u32| -> Vec3 {
+    /// Triangles of the wood at an error, moved, with half of the width of ribbons, which are still
+    /// on their centre lines.
+    fn wood(&self, levels: &WoodLevels, error: f32, sway: &Sway) -> Vec<([Vec3; 3], f32)> {
+        let level = levels.at(error);
+        let slides = levels.slides();
+        let moved = |&number: &u32| -> Vec3 {
             let way = slides.way(number, error);
             way.map(|(vertex, weight)| {
-                let rest = Vec3::from(self.model.wood.vertices[vertex as usize].position);
+                let rest = Vec3::from(levels.vertices[vertex as usize].position);
                 let carry = self.limbs.on_stem(levels.vertex_stems[vertex as usize], rest, sway);
-                weight * (rest + carry.offset(rest) + carry.turned(slides.widened(vertex, error)))
+                let widened = slides.half(vertex, error).map_or_else(|| slides.widened(vertex, error), |_| Vec3::ZERO);
+                weight * (rest + carry.offset(rest) + carry.turned(widened))
             })
             .sum()
         };
-        let vertices: Vec<Vec3> = level.numbers.iter().map(|&number| moved(number)).collect();
-        level.triangles.iter().map(|(corners, _)| corners.map(|corner| vertices[corner as usize])).collect()
+        let vertices: Vec<Vec3> = level.numbers.iter().map(moved).collect();
+        let half = |corner: u32| level.across[corner as usize].length();
+        let drawn = level.triangles.iter().map(|(corners, _)| corners);
+        drawn.map(|of| (of.map(|i| vertices[i as usize]), of.map(half).into_iter().fold(0.0, f32::max))).collect()
     }
 
     fn pivot(&self, leaf: usize, sway: &Sway) -> Vec3 {
@@ -125,11 +129,10 @@ fn at(corners: [Vec3; 3], weights: [f32; 3]) -> Vec3 {
     (0..3).map(|i| corners[i] * weights[i]).sum()
 }
 
-/// The triangle nearest to a point, with its distance.
-fn nearest_of(point: Vec3, triangles: &[[Vec3; 3]]) -> (usize, f32) {
-    let distances = triangles.iter().map(|&corners| point.distance_squared(at(corners, nearest(point, corners))));
-    let (triangle, squared) = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-    (triangle, squared.sqrt())
+/// The triangle nearest to a point, with its distance from it or from the tube that it stands for.
+fn nearest_of(point: Vec3, triangles: &[([Vec3; 3], f32)]) -> (usize, f32) {
+    let distances = triangles.iter().map(|&(of, half)| (point.distance(at(of, nearest(point, of))) - half).max(0.0));
+    distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
 }
 
 /// A leaf whose stem is at least half a pixel wide is at most a pixel farther from the wood that is
@@ -139,7 +142,7 @@ fn nearest_of(point: Vec3, triangles: &[[Vec3; 3]]) -> (usize, f32) {
 fn leaves_stay_on_their_stems_at_any_time_and_size() {
     for (name, model) in models() {
         let skeleton = Skeleton::new(&model);
-        let levels = WoodLevels::new(&model.wood, skeleton.order);
+        let levels = WoodLevels::with_ribbons(&model.wood, skeleton.order);
         let widths: Vec<f32> = skeleton.stems().iter().map(|stem| stem.width).collect();
         let own = nearest_stems(&model.wood, skeleton.order, model.leaves.iter().map(|leaf| leaf.pivot));
         let full = skeleton.wood(&levels, 0.0, &skeleton.sway(Wind { strength: 0.0, branches: 0.0, ..STORM }, 0.0));
@@ -149,7 +152,7 @@ fn leaves_stay_on_their_stems_at_any_time_and_size() {
             .map(|&leaf| {
                 let pivot = model.leaves[leaf].pivot.into();
                 let (triangle, distance) = nearest_of(pivot, &full);
-                (triangle, nearest(pivot, full[triangle]), distance)
+                (triangle, nearest(pivot, full[triangle].0), distance)
             })
             .collect();
         println!("{name}: {:?} limbs", skeleton.limbs.counts());
@@ -165,7 +168,7 @@ fn leaves_stay_on_their_stems_at_any_time_and_size() {
                 let all = skeleton.wood(&levels, 0.0, &sway);
                 for (&leaf, &(triangle, weights, distance)) in leaves.iter().zip(&attached) {
                     let pivot = skeleton.pivot(leaf, &sway);
-                    let change = (pivot.distance(at(all[triangle], weights)) - distance).abs();
+                    let change = (pivot.distance(at(all[triangle].0, weights)) - distance).abs();
                     parted_px = parted_px.max(change / pixel);
                     // Where both levels move in full.
                     parted = parted.max(if shares == [1.0; 2] { change / skeleton.shape.height } else { 0.0 });
@@ -270,7 +273,7 @@ fn motion_is_bounded_for_a_million_steps_and_late_times_move_as_early_ones() {
 fn limbs_are_rigid_and_stay_within_their_reach() {
     for (name, model) in models() {
         let skeleton = Skeleton::new(&model);
-        let levels = WoodLevels::new(&model.wood, skeleton.order);
+        let levels = WoodLevels::with_ribbons(&model.wood, skeleton.order);
         let corner_of = |leaf: usize| {
             let vertices = &model.vertices[model.leaves[leaf].geometry().vertex_range()];
             let pivot = Vec3::from(model.leaves[leaf].pivot);

@@ -44,8 +44,8 @@ pub struct WoodDraw {
     pub variant: Variant,
     /// Records of the plants.
     pub instances: Range<u32>,
-    /// Number of wood indices to draw.
-    pub corners: u32,
+    /// Wood indices to draw.
+    pub corners: Range<u32>,
     /// Whether vertices of the wood slide.
     pub slides: bool,
 }
@@ -349,9 +349,9 @@ impl FrameList {
                 self.before.1.extend(moments.map(|[_, then]| then.sway(&model.shape, placed[0]).with_limbs(shares)));
             }
             self.records.push(record);
-            let corners = if is_impostor { 0 } else { model.stems.corners(parts_of(key).cut) };
-            if corners > 0 {
-                prepared.wood_triangles += u64::from(corners / 3);
+            let corners = if is_impostor { 0..0 } else { model.stems.corners(parts_of(key).cut) };
+            if !corners.is_empty() {
+                prepared.wood_triangles += corners.len() as u64 / 3;
                 let slides = model.stems.slides();
                 self.add_wood(WoodDraw { model: number, variant, instances: at..at + 1, corners, slides });
             }
@@ -371,10 +371,10 @@ impl FrameList {
         }
     }
 
-    /// Adds the wood of the next instance to the previous draw if model, shaders and number of
-    /// corners are the same; otherwise adds a new draw.
+    /// Adds the wood of the next instance to the previous draw if model, shaders and corners are
+    /// the same; otherwise adds a new draw.
     fn add_wood(&mut self, draw: WoodDraw) {
-        let what = |draw: &WoodDraw| (draw.model, draw.variant, draw.corners);
+        let what = |draw: &WoodDraw| (draw.model, draw.variant, draw.corners.clone());
         match self.wood.last_mut() {
             Some(last) if what(last) == what(&draw) => last.instances.end = draw.instances.end,
             _ => self.wood.push(draw),

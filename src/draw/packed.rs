@@ -27,7 +27,7 @@ use super::{
     upload::Upload,
 };
 use crate::{bounds::Aabb, model::FoliageModel};
-use bits::{color_bits, normal_bits, uv_bits, width_bits};
+use bits::{color_bits, half_bits, normal_bits, uv_bits, width_bits};
 use glam::{Vec2, Vec3};
 use grid::Grid;
 use looks::{Looks, look, unit_of_length, wood_look};
@@ -207,7 +207,7 @@ impl Packed {
                 position_z_normal: at[2] | normal_bits(vertex.normal) << 16,
                 uv: uv_bits(vertex.uv, &look),
                 look: looks.number(look),
-                parent: slide.parent,
+                parent_half: slide.parent | slide.half.map_or(0, |half| half_bits(half / vertex.width)) << 24,
                 // Shaders may take no number for infinite.
                 stem_threshold: slide.stem | slide.threshold.min(f32::MAX).to_bits() & 0xffff_0000,
             }

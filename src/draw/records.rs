@@ -2,6 +2,12 @@
 //!
 //! Tests compare each `#[repr(C)]` struct and each binding with the WGSL.
 
+mod wood;
+
+pub use wood::{
+    HALF_STEPS, LEAST_HALF, LEAST_WIDTH, PackedWood, SlidingWood, StemRecord, WIDTH_STEPS, WoodSlide, WoodVertex,
+};
+
 /// What all plants of one frame share, as `surface.wgsl` reads it.
 ///
 /// *Anchor space* is world space with its origin at the frame's anchor, a point in view.
@@ -69,12 +75,6 @@ pub const LEAF_BITS: u32 = 22;
 /// Value of [`PackingRecord::first_color`], [`PackingRecord::first_look`] and
 /// [`LookRecord::outline`] if there are none.
 pub const NO_EXTRA: u32 = u32::MAX;
-
-/// Logarithm to the base 2 of the least width of a stem, in steps of the wood's grid: nothing.
-pub const LEAST_WIDTH: f32 = -44.0;
-
-/// Codes of widths per octave: 128 octaves in 15 bits.
-pub const WIDTH_STEPS: f32 = 256.0;
 
 /// Bits of a packed normal for a vector without a direction.
 pub const NO_NORMAL: u32 = 0x8080;
@@ -234,61 +234,6 @@ pub struct PackingRecord {
     pub first_outline: u32,
 }
 
-/// One vertex of the wood, as `wood_pass.wgsl` reads it.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct PackedWood {
-    /// Position along x and y, in steps from [`LookRecord::origin`], 16 bits each.
-    pub position_xy: u32,
-    /// Position along z, and the normal on an octahedron, two signed 8-bit fractions.
-    pub position_z_normal: u32,
-    /// Texture coordinates, unsigned 16-bit fractions of [`LookRecord::uv_size`].
-    pub uv: u32,
-    /// Number of the look, 16 bits, and the width of the stem: 15 bits of its logarithm, and its
-    /// sign. With [`PackingRecord::widths_in_looks`], the number of the look alone.
-    pub look_width: u32,
-}
-
-/// One vertex of wood that slides, as `wood_slides.wgsl` reads it.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SlidingWood {
-    /// Position along x and y, in steps from [`LookRecord::origin`], 16 bits each.
-    pub position_xy: u32,
-    /// Position along z, and the normal on an octahedron, two signed 8-bit fractions.
-    pub position_z_normal: u32,
-    /// Texture coordinates, unsigned 16-bit fractions of [`LookRecord::uv_size`].
-    pub uv: u32,
-    /// Number of the look.
-    pub look: u32,
-    /// Vertex that it slides to.
-    pub parent: u32,
-    /// Number of the stem, and the upper half of the error from which on the vertex is where its
-    /// parent is; the largest finite one stands for never.
-    pub stem_threshold: u32,
-}
-
-/// One stem of wood that slides, as `wood_slides.wgsl` reads it.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct StemRecord {
-    /// Mean width in local space; above 0.
-    pub width: f32,
-    /// How far it is widened; see [`Swell`](crate::wood::Swell).
-    pub swells: [u8; 16],
-}
-
-/// How a vertex of the wood slides, in an [`Upload`](super::Upload).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WoodSlide {
-    /// Vertex that it slides to.
-    pub parent: u32,
-    /// Error, in local space, from which on it is where its parent is; infinite for never.
-    pub threshold: f32,
-    /// Index of its stem.
-    pub stem: u32,
-}
-
 /// One event of the timeline as `leaf_pass.wgsl` reads it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -297,24 +242,6 @@ pub struct Event {
     pub leaf: u32,
     /// Drawn scale of the event's owner once that leaf is gone.
     pub scale: f32,
-}
-
-/// One vertex of the wood in an [`Upload`](super::Upload).
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct WoodVertex {
-    /// In local space.
-    pub position: [f32; 3],
-    /// Unit normal.
-    pub normal: [f32; 3],
-    /// Texture coordinates.
-    pub uv: [f32; 2],
-    /// Linear colour factor.
-    pub color: [f32; 3],
-    /// Index into the materials.
-    pub material: u32,
-    /// Width of the stem in local space; see [`Stems::widths`](super::Stems::widths).
-    pub width: f32,
 }
 
 /// One material as `surface.wgsl` reads it.

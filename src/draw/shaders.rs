@@ -10,7 +10,8 @@ use super::{
     light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
     look::{Coloring, Look, Variant},
     records::{
-        LEAF_BITS, LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS, TRIMMED_CORNERS, WIDTH_STEPS,
+        HALF_STEPS, LEAF_BITS, LEAST_HALF, LEAST_WIDTH, LEVELS_ACROSS, NO_EXTRA, NO_NORMAL, NO_SCALES, RUN_QUADS,
+        TRIMMED_CORNERS, WIDTH_STEPS,
     },
     shader::{ShaderSource, wrap_number},
     sprite::{DEPTH_STEPS, LEAST_APPROACH, LEAST_PX, MOST_PULL, SHARPER_LEVELS},
@@ -24,7 +25,7 @@ use crate::{
     },
     hash::HASH_MULTIPLIER,
     material::Wrap,
-    wood::{LEAST_SWELL, MAX_SLIDES, NO_SWELL, SLIDE, SWELL_STEPS, SWELLS},
+    wood::{LEAST_SWELL, MAX_SLIDES, NO_SWELL, RIBBON, SLIDE, SWELL_STEPS, SWELLS},
 };
 
 /// Mip levels by which textures are sampled finer than a texel per pixel. Cards of one cluster are
@@ -187,6 +188,9 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("NO_NORMAL", NO_NORMAL)
         .constant_f32("LEAST_WIDTH", LEAST_WIDTH)
         .constant_f32("WIDTH_STEPS", WIDTH_STEPS)
+        .constant_f32("LEAST_HALF", LEAST_HALF)
+        .constant_f32("HALF_STEPS", HALF_STEPS)
+        .constant_f32("RIBBON", RIBBON)
         .constant_u32("MAX_SLIDES", MAX_SLIDES)
         .constant_f32("SLIDE", SLIDE)
         .constant_u32("SWELLS", SWELLS as u32)

@@ -10,9 +10,9 @@
 //! Limits: plants whose wood is a single piece keep all of it. Stems widen along their normals.
 
 use super::wood::{error_of, stepped};
-use crate::{bounds::Aabb, model::FoliageModel, plant::Wood};
+use crate::{bounds::Aabb, model::FoliageModel, plant::Wood, wood::DrawnWood};
 use glam::{DVec3, Vec3};
-use std::collections::HashMap;
+use std::{collections::HashMap, ops::Range};
 
 /// Levels per octave: consecutive levels differ by a factor of the square root of two.
 const STEPS_PER_OCTAVE: f32 = 2.0;
@@ -39,15 +39,15 @@ pub struct Levels {
     /// A level, and the number of corners of all stems above it; in descending order.
     cuts: Vec<(i32, u32)>,
     all: u32,
-    /// Errors from which on triangles are not drawn, falling, of wood whose vertices slide.
-    ends: Option<Vec<f32>>,
+    /// Which triangles are drawn at an error, of wood whose vertices slide.
+    sliding: Option<DrawnWood>,
 }
 
 /// Stems that are drawn for a least width.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct DrawnStems {
-    /// Number of corners to draw.
-    pub corners: u32,
+    /// Corners to draw.
+    pub corners: Range<u32>,
     /// Width of the drawn stems that are thinner than this, in plant units.
     pub width: f32,
 }
@@ -80,7 +80,7 @@ impl Stems {
             };
             corners.iter().for_each(|&corner| widths[corner as usize] = width);
         }
-        Self { corners, widths, levels: Levels { cuts, all: 3 * triangles.len() as u32, ends: None } }
+        Self { corners, widths, levels: Levels { cuts, all: 3 * triangles.len() as u32, sliding: None } }
     }
 }
 
@@ -104,15 +104,14 @@ fn level(width: f32) -> i32 {
 }
 
 impl Levels {
-    /// Levels of wood whose vertices slide, given the errors at which its triangles vanish,
-    /// falling.
-    pub(super) fn sliding(ends: Vec<f32>) -> Self {
-        Self { cuts: Vec::new(), all: 3 * ends.len() as u32, ends: Some(ends) }
+    /// Levels of wood whose vertices slide.
+    pub(super) fn sliding(drawn: DrawnWood) -> Self {
+        Self { cuts: Vec::new(), all: 3 * drawn.all(), sliding: Some(drawn) }
     }
 
     /// Whether vertices slide: widths are then errors, rounded down.
     pub(super) fn slides(&self) -> bool {
-        self.ends.is_some()
+        self.sliding.is_some()
     }
 
     /// The stems to draw so that those at least `width` wide, in plant units, are all drawn, and
@@ -133,13 +132,13 @@ impl Levels {
         (number, ((least - 1) as f32 / STEPS_PER_OCTAVE).exp2())
     }
 
-    /// Number of corners of the stems above a cut.
-    pub(super) fn corners(&self, number: u32) -> u32 {
-        if let Some(ends) = &self.ends {
-            let error = error_of(number);
-            return 3 * ends.partition_point(|&end| end > error) as u32;
+    /// Corners of the stems above a cut.
+    pub(super) fn corners(&self, number: u32) -> Range<u32> {
+        if let Some(sliding) = &self.sliding {
+            let Range { start, end } = sliding.at(error_of(number));
+            return 3 * start..3 * end;
         }
-        self.cuts.get(number as usize).map_or(self.all, |cut| cut.1)
+        0..self.cuts.get(number as usize).map_or(self.all, |cut| cut.1)
     }
 }
 
@@ -270,7 +269,7 @@ mod tests {
             let DrawnStems { corners, width } = stems.levels.drawn(least);
             assert!(width < least && width * 1.42 > least, "{width} for {least}");
             let drawn: Vec<usize> =
-                stems.corners[..corners as usize].iter().map(|corner| corner.0 as usize / 8).collect();
+                stems.corners[..corners.end as usize].iter().map(|corner| corner.0 as usize / 8).collect();
             let mut drawn: Vec<usize> = drawn;
             drawn.dedup();
             let covered: f32 =
@@ -279,14 +278,14 @@ mod tests {
             let missing = (0..400).filter(|&stem| widths[stem] > least && !drawn.contains(&stem)).count();
             assert_eq!(missing, 0, "{least}");
         }
-        assert_eq!(stems.levels.drawn(0.0).corners, 400 * 24);
+        assert_eq!(stems.levels.drawn(0.0).corners, 0..400 * 24);
     }
 
     #[test]
     fn the_widest_stem_is_drawn_at_any_width() {
         let (model, _) = many();
         let stems = Stems::new(&model);
-        assert_eq!(stems.levels.drawn(1e9).corners, 24);
+        assert_eq!(stems.levels.drawn(1e9).corners, 0..24);
         assert!(stems.corners[..24].iter().all(|&(corner, _)| stems.widths[corner as usize] < 0.0));
     }
 
@@ -298,6 +297,6 @@ mod tests {
         sorted.sort_unstable();
         all.sort_unstable();
         assert_eq!(sorted, all);
-        assert_eq!(Stems::new(&FoliageModel::default()).levels.drawn(0.0).corners, 0);
+        assert_eq!(Stems::new(&FoliageModel::default()).levels.drawn(0.0).corners, 0..0);
     }
 }

@@ -9,7 +9,7 @@ use super::{
     seed::seeds,
     stems::{DrawnStems, Levels, Stems},
     trimmed::Trimmed,
-    wood::order_of,
+    wood::{levels_of, order_of},
 };
 use crate::{
     bounds::Aabb,
@@ -17,7 +17,7 @@ use crate::{
     leaf::Vertex,
     model::{FoliageModel, Leaf, Timeline},
     plant::{Outline, rect},
-    wood::{WoodLevels, WoodOrder},
+    wood::WoodLevels,
 };
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -27,7 +27,7 @@ const LEAST_WIDTH: f32 = 1e-30;
 
 /// The records of one model. Draw the first [`index_end`](Self::index_end) of `leaf_indices`, or of
 /// each material's own indices ([`by_material`](Self::by_material)), and the first
-/// [`wood_end`](Self::wood_end) of `wood_indices`.
+/// [`drawn_wood`](Self::drawn_wood) of `wood_indices`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Upload {
     /// Origin of local space, in plant space.
@@ -83,23 +83,24 @@ impl Upload {
     /// [order](FoliageModel::wood_order) or not. O(vertices + indices).
     pub fn new(model: &FoliageModel) -> Self {
         let Stems { corners, widths, levels } = Stems::new(model);
-        Self::with_wood(model, &corners, &widths, levels, |_| Default::default())
+        Self::with_wood(model, &model.wood.vertices, &corners, &widths, levels, |_| Default::default())
     }
 
     /// Builds the records of a valid model whose wood slides, if it has an
-    /// [order](FoliageModel::wood_order) of at most 65,536 stems: draw the triangles up to
-    /// [`wood_end`](Self::wood_end) of an error, with each vertex on its way to its parent. Other
+    /// [order](FoliageModel::wood_order) of at most 65,536 stems: draw the triangles that
+    /// are [drawn](Self::drawn_wood) at an error, with each vertex on its way to its parent. Other
     /// models are as from [`new`](Self::new). O(n log n).
     pub fn sliding(model: &FoliageModel) -> Self {
         let Some(order) = order_of(model) else { return Self::new(model) };
-        let levels = WoodLevels::new(&model.wood, order);
+        let levels = levels_of(model, order);
         let widths: Vec<f32> = levels.vertex_stems.iter().map(|&stem| levels.widths[stem as usize]).collect();
-        let ends = Levels::sliding(levels.ends().to_vec());
-        Self::with_wood(model, &levels.corners, &widths, ends, |copies| copies.sliding(order, &levels))
+        let ends = Levels::sliding(levels.drawn.clone());
+        Self::with_wood(model, &levels.vertices, &levels.corners, &widths, ends, |copies| copies.sliding(&levels))
     }
 
     fn with_wood(
         model: &FoliageModel,
+        wood: &[Vertex],
         corners: &[(u32, u32)],
         widths: &[f32],
         stems: Levels,
@@ -108,7 +109,7 @@ impl Upload {
         let center = model.sphere().center();
         let (leaves, events) = leaf_records(model, center);
         let mut copies =
-            WoodCopies { model, center, widths, of: Vec::new(), vertices: Vec::new(), numbers: HashMap::new() };
+            WoodCopies { wood, center, widths, of: Vec::new(), vertices: Vec::new(), numbers: HashMap::new() };
         let wood_indices = corners.iter().map(|&(index, material)| copies.number(index, material)).collect();
         let (wood_slides, wood_stems) = slides(&mut copies);
         Self {
@@ -136,7 +137,7 @@ impl Upload {
     /// Wood indices to draw so that all stems at least `width` wide, in plant units, are drawn, and
     /// the width to which drawn stems that are thinner must be widened. If the wood slides, `width`
     /// is its error, and the width that is returned the one to draw it at.
-    pub fn wood_end(&self, width: f32) -> DrawnStems {
+    pub fn drawn_wood(&self, width: f32) -> DrawnStems {
         self.stems.drawn(width)
     }
 
@@ -240,9 +241,10 @@ fn crown_record(model: &FoliageModel, center: DVec3) -> CrownRecord {
 /// Wood with a material at each vertex: a vertex shared by parts of several materials is repeated
 /// for each of them.
 struct WoodCopies<'a> {
-    model: &'a FoliageModel,
+    /// Vertices of the model's wood, and of its ribbons.
+    wood: &'a [Vertex],
     center: DVec3,
-    /// Width of the stem of each vertex of the model's wood.
+    /// Width of the stem of each of them.
     widths: &'a [f32],
     /// Vertex of the model's wood and material of each of `vertices`.
     of: Vec<(u32, u32)>,
@@ -254,7 +256,7 @@ impl WoodCopies<'_> {
     /// Number of the vertex that stands for one of the model's wood with a material.
     fn number(&mut self, index: u32, material: u32) -> u32 {
         *self.numbers.entry((index, material)).or_insert_with(|| {
-            let Vertex { position, normal, uv, color } = self.model.wood.vertices[index as usize];
+            let Vertex { position, normal, uv, color } = self.wood[index as usize];
             let (position, color) = (local(position, self.center), rgb(color));
             let width = self.widths[index as usize];
             self.vertices.push(WoodVertex { position, normal, uv, color, material, width });
@@ -264,17 +266,18 @@ impl WoodCopies<'_> {
     }
 
     /// Tells how all vertices slide, with those that they slide to added, and their stems.
-    fn sliding(&mut self, order: &WoodOrder, levels: &WoodLevels) -> (Vec<WoodSlide>, Vec<StemRecord>) {
+    fn sliding(&mut self, levels: &WoodLevels) -> (Vec<WoodSlide>, Vec<StemRecord>) {
         let mut slides = Vec::new();
         // Vertices are added while this goes on.
         while let Some(&(vertex, material)) = self.of.get(slides.len()) {
             slides.push(WoodSlide {
-                parent: self.number(order.parents[vertex as usize], material),
-                threshold: order.thresholds[vertex as usize],
+                parent: self.number(levels.parents[vertex as usize], material),
+                threshold: levels.thresholds[vertex as usize],
                 stem: levels.vertex_stems[vertex as usize],
+                half: levels.half(vertex),
             });
         }
         let stem = |(&swells, &width): (_, &f32)| StemRecord { width: width.max(LEAST_WIDTH), swells };
-        (slides, order.swells.iter().zip(&levels.widths).map(stem).collect())
+        (slides, levels.swells.iter().zip(&levels.widths).map(stem).collect())
     }
 }

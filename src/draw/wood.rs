@@ -5,7 +5,10 @@
 use super::look::Look;
 #[cfg(feature = "software")]
 use crate::effects::Limbs;
-use crate::{model::FoliageModel, wood::WoodOrder};
+use crate::{
+    model::FoliageModel,
+    wood::{WoodLevels, WoodOrder},
+};
 #[cfg(feature = "software")]
 use glam::DVec3;
 
@@ -19,9 +22,23 @@ const MOST_STEPS: i32 = 1016;
 /// order.
 pub(crate) const MOST_STEMS: usize = 1 << 16;
 
+/// Number of vertices of wood with ribbons that the GPU's records can tell apart.
+const MOST_VERTICES: usize = 1 << 24;
+
 /// The order that a model's wood is drawn by, if there is one.
 pub(crate) fn order_of(model: &FoliageModel) -> Option<&WoodOrder> {
     model.wood_order.as_ref().filter(|order| order.stems.len() <= MOST_STEMS)
+}
+
+/// The levels that a model's wood is drawn at, given its order: with ribbons unless vertices, one
+/// for each material, might outnumber the bits of [`SlidingWood`](super::records::SlidingWood).
+pub(crate) fn levels_of(model: &FoliageModel, order: &WoodOrder) -> WoodLevels {
+    let most = 2 * model.wood.vertices.len() * model.wood.parts.len();
+    if most < MOST_VERTICES {
+        WoodLevels::with_ribbons(&model.wood, order)
+    } else {
+        WoodLevels::new(&model.wood, order)
+    }
 }
 
 /// The limbs that the wind moves, if there are any; `origin` as for [`Limbs::new`].

@@ -189,7 +189,7 @@ impl Layer {
                 WoodVertices::Sliding(own) => pass.set_bind_group(bindings::MODEL, own, &[]),
             }
             pass.set_index_buffer(wood.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..draw.corners, 0, draw.instances.clone());
+            pass.draw_indexed(draw.corners.clone(), 0, draw.instances.clone());
         }
         for draw in &self.list.impostors {
             let impostor = models.get(draw.model).and_then(|model| model.impostor.as_ref());

@@ -39,11 +39,14 @@ pub struct Part<'a> {
     pub tiles: Option<Tiles>,
     /// How far each vertex is widened: depth is that of the vertex without it. Empty if none is.
     pub widened: &'a [Vec3],
+    /// Of each vertex of a ribbon, [`Slid::across`](crate::wood::Slid::across); 0 for others. Empty
+    /// if there are no ribbons.
+    pub across: &'a [Vec3],
 }
 
 impl<'a> Part<'a> {
     /// A part of wood.
-    pub(super) fn of_wood(vertices: &'a [Vertex], indices: &'a [u32], widened: &'a [Vec3], material: u32) -> Self {
+    pub(super) fn of_wood(vertices: &'a [Vertex], indices: &'a [u32], material: u32) -> Self {
         let (pivot, outlines): (_, &[Outline]) = ([0.0; 3], &[]);
         Self {
             vertices,
@@ -56,7 +59,8 @@ impl<'a> Part<'a> {
             share: 1.0,
             outlines,
             tiles: None,
-            widened,
+            widened: &[],
+            across: &[],
         }
     }
 
@@ -110,6 +114,7 @@ impl<'a> DrawList<'a> {
                 outlines: &[],
                 tiles: None,
                 widened: &[],
+                across: &[],
             };
             list.add_leaf(part, leaf, &outlines);
         }
@@ -168,7 +173,7 @@ impl<'a> DrawList<'a> {
     fn of_wood(wood: &'a Wood, leaf_vertices: &[Vertex]) -> Self {
         let part = |part: &WoodPart| {
             let indices = wood.indices.get(part.indices[0] as usize..part.indices[1] as usize);
-            Part::of_wood(&wood.vertices, indices.unwrap_or_default(), &[], part.material)
+            Part::of_wood(&wood.vertices, indices.unwrap_or_default(), part.material)
         };
         let crown = Aabb::of_points(leaf_vertices.iter().map(|vertex| vertex.position));
         Self { parts: wood.parts.iter().map(part).collect(), crown }
@@ -188,6 +193,7 @@ fn part_of_leaf<'a>(model: &'a FoliageModel, number: u32, leaf: &Leaf, scale: f3
         outlines: &[],
         tiles: model.tiles(leaf),
         widened: &[],
+        across: &[],
     }
 }
 

@@ -16,6 +16,7 @@ use crate::{
     leaf::Vertex,
     plant::{Outline, Tiling, at_level},
     terrain::GroundPoint,
+    wood::facing,
 };
 use glam::{DMat4, DVec3, DVec4, Vec2, Vec3};
 
@@ -130,6 +131,8 @@ struct Moved {
     at: DVec3,
     /// How far it is widened, if it is.
     widened: Option<Vec3>,
+    /// Of a vertex of a ribbon, along its centre line and as long as half of its width.
+    across: Vec3,
     normal: Vec3,
 }
 
@@ -180,8 +183,11 @@ impl<'a> Projector<'a> {
     fn point(&self, part: &Part<'_>, index: usize, vertex: &Vertex) -> Point {
         let pivot = Vec3::from(part.pivot).as_dvec3();
         let offset = (Vec3::from(vertex.position).as_dvec3() - pivot) * part.scale as f64;
-        let widened = part.widened.get(index).copied();
-        let Moved { at, widened, normal } = self.swayed(part, index, pivot, offset, Vec3::from(vertex.normal), widened);
+        let Moved { mut at, widened, across, mut normal } = self.swayed(part, index, pivot, offset, vertex);
+        if across != Vec3::ZERO {
+            let (side, round) = facing(across, (self.eye - at).as_vec3());
+            (at, normal) = (at + side.as_dvec3(), round);
+        }
         let clip = self.clip_from_plant * at.extend(1.0);
         let deep = widened.map_or(clip, |widened| self.clip_from_plant * (at - widened.as_dvec3()).extend(1.0));
         let vertex = Vertex { normal: normal.to_array(), ..*vertex };
@@ -189,33 +195,32 @@ impl<'a> Projector<'a> {
     }
 
     /// Applies the wind to a vertex.
-    fn swayed(
-        &self,
-        part: &Part<'_>,
-        index: usize,
-        pivot: DVec3,
-        offset: DVec3,
-        normal: Vec3,
-        widened: Option<Vec3>,
-    ) -> Moved {
+    fn swayed(&self, part: &Part<'_>, index: usize, pivot: DVec3, offset: DVec3, vertex: &Vertex) -> Moved {
         let rest = pivot + offset;
-        let Some(sway) = &self.sway else { return Moved { at: rest, widened, normal } };
+        let still = Moved {
+            at: rest,
+            widened: part.widened.get(index).copied(),
+            across: part.across.get(index).copied().unwrap_or_default(),
+            normal: vertex.normal.into(),
+        };
+        let Some(sway) = &self.sway else { return still };
         let Some(leaf) = part.leaf else {
             let Some((limbs, riders)) = self.limbs else {
-                return Moved { at: rest + sway.offset(rest.as_vec3()).as_dvec3(), widened, normal };
+                return Moved { at: rest + sway.offset(rest.as_vec3()).as_dvec3(), ..still };
             };
             let blown = riders.blown(index, limbs, sway);
-            let outwards = blown.widened - widened.unwrap_or_default();
+            let outwards = blown.widened - still.widened.unwrap_or_default();
             let at = rest + (blown.shift + outwards).as_dvec3();
-            return Moved { at, widened: widened.map(|_| blown.widened), normal: blown.normal };
+            let widened = still.widened.map(|_| blown.widened);
+            return Moved { at, widened, across: blown.across, normal: blown.normal };
         };
         let turn = sway.turn(leaf);
-        let (turned, normal) = (pivot + turn.as_dquat() * offset, turn * normal);
+        let (turned, normal) = (pivot + turn.as_dquat() * offset, turn * still.normal);
         let Some((limbs, _)) = self.limbs else {
-            return Moved { at: turned + sway.offset(pivot.as_vec3()).as_dvec3(), widened, normal };
+            return Moved { at: turned + sway.offset(pivot.as_vec3()).as_dvec3(), normal, ..still };
         };
         let carry = limbs.on_leaf(leaf, sway);
-        Moved { at: turned + carry.offset(turned.as_vec3()).as_dvec3(), widened, normal: carry.turned(normal) }
+        Moved { at: turned + carry.offset(turned.as_vec3()).as_dvec3(), normal: carry.turned(normal), ..still }
     }
 
     fn triangle(&mut self, points: [Point; 3], part: &Part<'a>, mips: Option<&Mips>) {
@@ -237,7 +242,7 @@ impl<'a> Projector<'a> {
 
     /// Adds the triangles of the ground, whose corners may be far outside the picture.
     fn ground(&mut self, points: &[GroundPoint]) {
-        let part = Part::of_wood(&[], &[], &[], u32::MAX);
+        let part = Part::of_wood(&[], &[], u32::MAX);
         (self.plant, self.seed, self.kept) = (GROUND, None, 1.0);
         for triangle in points.as_chunks::<3>().0 {
             let corners = triangle.map(|GroundPoint { from_eye, uv }| {

@@ -71,7 +71,7 @@ struct Model<'a> {
     /// Index of its first material in the painter.
     first_material: u32,
     /// Its wood, if that slides.
-    wood: Option<SlidingWood<'a>>,
+    wood: Option<SlidingWood>,
     /// Its impostor, if the look hands plants over and it has one or gets one while drawing.
     far: Option<FarModel<'a>>,
 }

@@ -10,6 +10,7 @@ pub(super) struct Rider {
     pub(super) stem: u32,
     pub(super) position: Vec3,
     pub(super) widened: Vec3,
+    pub(super) across: Vec3,
     pub(super) normal: Vec3,
 }
 
@@ -26,8 +27,9 @@ pub(super) struct Riders {
 pub(super) struct Blown {
     /// Displacement on the surface.
     pub(super) shift: Vec3,
-    /// How far it is widened, and normal.
+    /// How far it is widened, [`Slid::across`](crate::wood::Slid::across), and normal.
     pub(super) widened: Vec3,
+    pub(super) across: Vec3,
     pub(super) normal: Vec3,
 }
 
@@ -40,6 +42,7 @@ impl Riders {
             let carry = limbs.on_stem(rider.stem, rider.position, sway);
             blown.shift += rider.weight * carry.offset(rider.position);
             blown.widened += rider.weight * carry.turned(rider.widened);
+            blown.across += rider.weight * carry.turned(rider.across);
             blown.normal += rider.weight * carry.turned(rider.normal);
         }
         blown

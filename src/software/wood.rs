@@ -9,18 +9,16 @@ use crate::{
         eye::Eye,
         facts::reach,
         instance::Instance,
-        wood::{order_of, stepped},
+        wood::{levels_of, order_of, stepped},
     },
     leaf::Vertex,
     model::FoliageModel,
-    wood::{WoodLevel, WoodLevels, WoodOrder},
+    wood::{WoodLevel, WoodLevels},
 };
 use glam::{DVec3, Vec3};
 
 /// Wood of a model whose vertices slide.
-pub(super) struct SlidingWood<'a> {
-    model: &'a FoliageModel,
-    order: &'a WoodOrder,
+pub(super) struct SlidingWood {
     levels: WoodLevels,
     center: DVec3,
     reach: f32,
@@ -30,18 +28,19 @@ pub(super) struct SlidingWood<'a> {
 pub(super) struct WoodAt {
     vertices: Vec<Vertex>,
     widened: Vec<Vec3>,
+    across: Vec<Vec3>,
     /// Materials, each with the indices of its triangles.
     parts: Vec<(u32, Vec<u32>)>,
     /// What the vertices ride on; empty unless asked for.
     pub(super) riders: Riders,
 }
 
-impl<'a> SlidingWood<'a> {
+impl SlidingWood {
     /// The wood of a valid model; `None` if it has no order to draw it by.
-    pub(super) fn new(model: &'a FoliageModel) -> Option<Self> {
+    pub(super) fn new(model: &FoliageModel) -> Option<Self> {
         let order = order_of(model)?;
         let (center, reach) = reach(model);
-        Some(Self { model, order, levels: WoodLevels::new(&model.wood, order), center, reach })
+        Some(Self { levels: levels_of(model, order), center, reach })
     }
 
     /// Number of the step of the error that a plant is drawn at, and that error.
@@ -51,12 +50,12 @@ impl<'a> SlidingWood<'a> {
 
     /// Number of triangles that are drawn at an error.
     pub(super) fn triangles(&self, error: f32) -> u64 {
-        self.levels.drawn(error).into()
+        self.levels.drawn.at(error).len() as u64
     }
 
     /// The wood at an error, with what its vertices ride on if limbs move. O(wood).
     pub(super) fn at(&self, error: f32, has_limbs: bool) -> WoodAt {
-        let WoodLevel { vertices, numbers, widened, triangles } = self.levels.at(&self.model.wood, self.order, error);
+        let WoodLevel { vertices, numbers, widened, across, triangles } = self.levels.at(error);
         let mut parts: Vec<(u32, Vec<u32>)> = Vec::new();
         for (corners, material) in triangles {
             let part = parts.iter().position(|part| part.0 == material).unwrap_or_else(|| {
@@ -66,21 +65,26 @@ impl<'a> SlidingWood<'a> {
             parts[part].1.extend(corners);
         }
         let riders = if has_limbs { self.riders(&numbers, error) } else { Riders::default() };
-        WoodAt { vertices, widened, parts, riders }
+        WoodAt { vertices, widened, across, parts, riders }
     }
 
     fn riders(&self, numbers: &[u32], error: f32) -> Riders {
-        let slides = self.levels.slides(&self.model.wood, self.order);
+        let slides = self.levels.slides();
         let mut riders = Riders::default();
         for &number in numbers {
             riders.all.extend(slides.way(number, error).map(|(vertex, weight)| {
-                let Vertex { position, normal, .. } = self.model.wood.vertices[vertex as usize];
+                let Vertex { position, normal, .. } = self.levels.vertices[vertex as usize];
+                let (widened, across, normal) = match slides.half(vertex, error) {
+                    Some(half) => (Vec3::ZERO, half * Vec3::from(normal), Vec3::ZERO),
+                    None => (slides.widened(vertex, error), Vec3::ZERO, normal.into()),
+                };
                 Rider {
                     weight,
                     stem: self.levels.vertex_stems[vertex as usize],
                     position: position.into(),
-                    widened: slides.widened(vertex, error),
-                    normal: normal.into(),
+                    widened,
+                    across,
+                    normal,
                 }
             }));
             riders.ends.push(riders.all.len() as u32);
@@ -98,6 +102,8 @@ impl WoodAt {
     /// Parts to draw, with materials from `first_material` on.
     pub(super) fn parts(&self, first_material: u32) -> Vec<Part<'_>> {
         let parts = self.parts.iter().map(|(material, indices)| (first_material + material, indices));
-        parts.map(|(material, indices)| Part::of_wood(&self.vertices, indices, &self.widened, material)).collect()
+        let part = |material, indices| Part::of_wood(&self.vertices, indices, material);
+        let Self { widened, across, .. } = self;
+        parts.map(|(material, indices)| Part { widened, across, ..part(material, indices) }).collect()
     }
 }

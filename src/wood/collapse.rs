@@ -17,7 +17,7 @@ use std::{
 };
 
 /// Error, in widths of the stem, from which on it may be a single flat triangle.
-pub(super) const FLAT: f32 = 1.25;
+const FLAT: f32 = 1.25;
 /// Triangles of a stem that has a front and a back wherever it is seen from.
 const ROUND: usize = 3;
 /// Distance from the foot, in radii there, up to which a point belongs to the first ring.

@@ -85,7 +85,7 @@ pub fn nearest_triangles(wood: &Wood, points: impl Iterator<Item = [f32; 3]>) ->
 }
 
 /// Triangles of each stem.
-struct ByStem<'a> {
+pub(super) struct ByStem<'a> {
     wood: &'a Wood,
     /// Entry n: the first of the stem's `triangles`.
     starts: Vec<u32>,
@@ -93,7 +93,7 @@ struct ByStem<'a> {
 }
 
 impl<'a> ByStem<'a> {
-    fn new(wood: &'a Wood, triangle_stems: &[u32], stems: usize) -> Self {
+    pub(super) fn new(wood: &'a Wood, triangle_stems: &[u32], stems: usize) -> Self {
         let mut starts = vec![0; stems + 1];
         triangle_stems.iter().for_each(|&stem| starts[stem as usize + 1] += 1);
         for stem in 0..stems {
@@ -108,7 +108,7 @@ impl<'a> ByStem<'a> {
         Self { wood, starts, triangles }
     }
 
-    fn of(&self, stem: usize) -> &[u32] {
+    pub(super) fn of(&self, stem: usize) -> &[u32] {
         &self.triangles[self.starts[stem] as usize..self.starts[stem + 1] as usize]
     }
 

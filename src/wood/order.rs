@@ -56,17 +56,33 @@ pub struct WoodOrder {
     pub thresholds: Vec<f32>,
     /// Of each stem: how far it is widened, so that what is left covers as much as all of it would.
     pub swells: Vec<Swell>,
+    /// Of ribbons: how much wider those are drawn that are thinner than the error, so that all wood
+    /// covers as much as in full; `None` if no stem is drawn as a ribbon.
+    pub boosts: Option<Boosts>,
 }
+
+/// Number of errors that boosts are given for: in half octaves from half a pixel of wood of 2048
+/// pixels, down to 23.
+pub const BOOSTS: usize = 14;
+
+/// By how much factors exceed 1 at each of [`BOOSTS`] errors: in [`SWELL_STEPS`], [`NO_SWELL`]
+/// being 0.
+pub type Boosts = [u8; BOOSTS];
 
 /// How far a vertex of a stem of this width is drawn outside the surface, along its normal.
 pub(crate) fn widened(swell: &Swell, width: f32, error: f32) -> f32 {
+    error * swell_at(swell, error / width)
+}
+
+/// The swell at a ratio of the error to the width.
+pub(super) fn swell_at(swell: &Swell, ratio: f32) -> f32 {
     // The bits of a number rise with its logarithm, linear between powers of two.
-    let above = (error / width).max(LEAST_SWELL).to_bits().saturating_sub(LEAST_SWELL.to_bits());
+    let above = ratio.max(LEAST_SWELL).to_bits().saturating_sub(LEAST_SWELL.to_bits());
     let at = (above as f32 / (1 << 22) as f32).min((SWELLS - 1) as f32);
     let step = (at as usize).min(SWELLS - 2);
     let [low, high] =
         [swell[step], swell[step + 1]].map(|steps| (f32::from(steps) - f32::from(NO_SWELL)) / SWELL_STEPS);
-    error * (low + (high - low) * (at - step as f32))
+    low + (high - low) * (at - step as f32)
 }
 
 /// Number of stems of each level, from the trunks up.
@@ -160,6 +176,7 @@ mod tests {
             parents: vec![0, 0, 1, 1],
             thresholds: vec![f32::INFINITY, 2.0, 1.0, 2.0],
             swells: vec![[NO_SWELL; SWELLS]; 2],
+            boosts: None,
         }
     }
 

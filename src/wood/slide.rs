@@ -1,6 +1,9 @@
 //! Wood at an error: vertices on their way to their parents, and triangles that are still drawn.
 
-use super::order::{WoodOrder, widened};
+use super::{
+    order::{Swell, WoodOrder, widened},
+    ribbon::breadth,
+};
 use crate::{leaf::Vertex, plant::Wood};
 use glam::{Vec2, Vec3};
 
@@ -14,7 +17,10 @@ pub struct Slid {
     pub position: Vec3,
     /// How far from there it is drawn, so that wood covers as much as without levels.
     pub widened: Vec3,
-    /// Normal, not of unit length.
+    /// Of a vertex of a ribbon: along its centre line, as long as half of its width, turned round
+    /// on one of both sides.
+    pub across: Vec3,
+    /// Normal, not of unit length; 0 for a ribbon.
     pub normal: Vec3,
     /// Texture coordinates.
     pub uv: Vec2,
@@ -25,26 +31,51 @@ pub struct Slid {
 /// Where the vertices of a plant's wood are at any error.
 #[derive(Debug, Clone, Copy)]
 pub struct Slides<'a> {
-    /// Vertices of the wood.
+    /// Vertices of the wood and of its ribbons.
     pub vertices: &'a [Vertex],
-    /// An order that is [valid](WoodOrder::validate) for the wood.
-    pub order: &'a WoodOrder,
+    /// The vertex that each one slides to.
+    pub parents: &'a [u32],
+    /// The error from which on each vertex is where its parent is.
+    pub thresholds: &'a [f32],
+    /// How far each stem is widened.
+    pub swells: &'a [Swell],
+    /// Half of the width of the ribbons, for each of the last vertices.
+    pub halves: &'a [f32],
     /// Stem of each vertex; without it, nothing is widened.
     pub stems: &'a [u32],
     /// Width of each stem, in the plant's units.
     pub widths: &'a [f32],
 }
 
-impl Slides<'_> {
+impl<'a> Slides<'a> {
+    /// Vertices of wood without ribbons, of which nothing is widened, given an order that is
+    /// [valid](WoodOrder::validate) for it.
+    pub fn new(vertices: &'a [Vertex], order: &'a WoodOrder) -> Self {
+        let WoodOrder { parents, thresholds, swells, .. } = order;
+        Self { vertices, parents, thresholds, swells, halves: &[], stems: &[], widths: &[] }
+    }
+
     /// A vertex at an error in the plant's units. Vertices that have met differ by rounding alone.
     pub fn at(&self, vertex: u32, error: f32) -> Slid {
         let nothing = Vec3::ZERO;
-        let mut slid = Slid { position: nothing, widened: nothing, normal: nothing, uv: Vec2::ZERO, color: nothing };
+        let mut slid = Slid {
+            position: nothing,
+            widened: nothing,
+            across: nothing,
+            normal: nothing,
+            uv: Vec2::ZERO,
+            color: nothing,
+        };
         for (at, here) in self.way(vertex, error) {
             let Vertex { position, normal, uv, color: [r, g, b, _] } = self.vertices[at as usize];
             slid.position += here * Vec3::from(position);
-            slid.normal += here * Vec3::from(normal);
-            slid.widened += here * self.widened(at, error);
+            match self.half(at, error) {
+                Some(half) => slid.across += here * half * Vec3::from(normal),
+                None => {
+                    slid.normal += here * Vec3::from(normal);
+                    slid.widened += here * self.widened(at, error);
+                }
+            }
             slid.uv += here * Vec2::from(uv);
             slid.color += here * Vec3::new(r, g, b);
         }
@@ -56,10 +87,10 @@ impl Slides<'_> {
         let (mut at, mut weight) = (vertex, 1.0);
         std::iter::from_fn(move || {
             while weight > 0.0 {
-                let (here, share) = (at, slide(error, self.order.thresholds[at as usize]));
+                let (here, share) = (at, slide(error, self.thresholds[at as usize]));
                 let own = weight * (1.0 - share);
                 weight *= share;
-                at = self.order.parents[at as usize];
+                at = self.parents[at as usize];
                 if own > 0.0 {
                     return Some((here, own));
                 }
@@ -68,10 +99,17 @@ impl Slides<'_> {
         })
     }
 
+    /// Half of the width of a ribbon at a vertex that does not slide; `None` if it is of no ribbon.
+    pub fn half(&self, vertex: u32, error: f32) -> Option<f32> {
+        let number = (vertex as usize).checked_sub(self.vertices.len() - self.halves.len())?;
+        let stem = self.stems[vertex as usize] as usize;
+        Some(self.halves[number] * breadth(&self.swells[stem], self.widths[stem], error))
+    }
+
     /// How far a vertex that does not slide is drawn outside the surface.
     pub fn widened(&self, vertex: u32, error: f32) -> Vec3 {
         let Some(&stem) = self.stems.get(vertex as usize).filter(|_| error > 0.0) else { return Vec3::ZERO };
-        let by = widened(&self.order.swells[stem as usize], self.widths[stem as usize], error);
+        let by = widened(&self.swells[stem as usize], self.widths[stem as usize], error);
         by * Vec3::from(self.vertices[vertex as usize].normal)
     }
 }
@@ -154,7 +192,7 @@ mod tests {
     #[test]
     fn vertices_slide_without_a_jump_and_stay_together_once_they_have_met() {
         let (vertices, order) = chain();
-        let slides = Slides { vertices: &vertices, order: &order, stems: &[], widths: &[] };
+        let slides = Slides::new(&vertices, &order);
         let at = |vertex, error| slides.at(vertex, error);
         assert_eq!(at(3, 0.0).position.x, 3.0);
         assert_eq!(at(3, 1.59).position.x, 3.0);

@@ -7,10 +7,12 @@
 //! of them cover together is then measured too, and thin ones are widened more or less by it.
 
 use super::{
+    boost::{Factors, extent},
+    level::WoodLevels,
     mesh::Lists,
     order::{LEAST_SWELL, NO_SWELL, SWELL_STEPS, SWELLS, Swell, WoodOrder, widened},
+    ribbon::{boost, facing},
     slide::{SLIDE, Slides, vanishing},
-    thin::boost,
     union::Union,
 };
 use crate::plant::Wood;
@@ -19,10 +21,6 @@ use rayon::prelude::*;
 
 /// Steps of the search for one swell.
 const STEPS: u32 = 3;
-/// Errors that all of the wood is measured at, over its size, in steps of half an octave: half a
-/// pixel of plants of 2048 pixels, down to 23.
-const LEAST_ERROR: f32 = 1.0 / 4096.0;
-const ERRORS: usize = 14;
 /// Times that all of the wood is measured.
 const PASSES: u32 = 3;
 /// Range of a correction for all of the wood in one pass.
@@ -38,7 +36,7 @@ impl WoodOrder {
     pub(super) fn balance(&mut self, wood: &Wood, widths: &[f32], ends: &[f32]) {
         let vanish = vanishing(wood, self);
         let triangles = Lists::new(self.stems.len(), self.triangle_stems.iter().copied().zip(0..));
-        let slides = Slides { vertices: &wood.vertices, order: self, stems: &[], widths: &[] };
+        let slides = Slides::new(&wood.vertices, self);
         let stem = |stem: usize| Seen {
             wood,
             slides,
@@ -48,61 +46,97 @@ impl WoodOrder {
             end: ends[stem],
         };
         let stems: Vec<Seen<'_>> = (0..self.stems.len()).map(stem).collect();
-        let mut more = More::new(wood);
+        let mut more = More::new(wood, &stems);
         let mut swells: Vec<Swell> = stems.par_iter().map(|stem| stem.swell(&more, None)).collect();
         for _ in 0..PASSES {
             more.correct(&stems, &swells);
             swells = stems.par_iter().zip(&swells).map(|(stem, before)| stem.swell(&more, Some(before))).collect();
         }
+        more.factors = Factors::new(2.0 * more.ball.1);
         self.swells = swells;
+        self.boosts = Some(more.factors.boosts());
+        let mut levels = WoodLevels::with_ribbons(wood, self);
+        for _ in 0..PASSES {
+            more.correct_ribbons(&levels);
+            levels.boost(self, &more.factors);
+        }
+        self.boosts = Some(more.factors.boosts());
     }
 }
 
-/// How much more the stems that are left must cover at some errors: the random choice among few is
-/// uneven, and wide ones hide more or less of each other.
+/// How much more the stems that are left must cover at some errors.
 struct More {
-    errors: [f32; ERRORS],
-    factors: [f32; ERRORS],
+    factors: Factors,
     /// Middle of the wood and radius of a ball around it.
     ball: (Vec3, f32),
+    /// What all of it covers.
+    full: f32,
 }
 
 impl More {
-    fn new(wood: &Wood) -> Self {
-        let positions = || wood.vertices.iter().map(|vertex| Vec3::from(vertex.position));
-        let low = positions().reduce(Vec3::min).unwrap_or_default();
-        let high = positions().reduce(Vec3::max).unwrap_or_default();
-        let size = (high - low).length();
-        let errors = std::array::from_fn(|i| size * LEAST_ERROR * libm::exp2f(0.5 * i as f32));
-        Self { errors, factors: [1.0; ERRORS], ball: (low.midpoint(high), 0.5 * size) }
-    }
-
-    /// The factor at an error, between those that were measured.
-    fn at(&self, error: f32) -> f32 {
-        let above = self.errors.partition_point(|&at| at < error);
-        let [low, high] = [above.saturating_sub(1), above.min(ERRORS - 1)];
-        let share = (error - self.errors[low]) / (self.errors[high] - self.errors[low]);
-        let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
-        self.factors[low] + (self.factors[high] - self.factors[low]) * share
+    fn new(wood: &Wood, stems: &[Seen<'_>]) -> Self {
+        let (middle, size) = extent(wood);
+        let full: Vec<[Vec3; 3]> = stems.iter().flat_map(|stem| moved(&stem.at(0.0), 0.0)).collect();
+        let full = Union::new(middle, 0.5 * size).with(|_| full.iter().copied()) as f32;
+        Self { factors: Factors::new(size), ball: (middle, 0.5 * size), full }
     }
 
     /// Multiplies the factors so that stems with these swells would cover as much as in full.
     fn correct(&mut self, stems: &[Seen<'_>], swells: &[Swell]) {
-        let (middle, radius) = self.ball;
-        let full: Vec<[Vec3; 3]> = stems.iter().flat_map(|stem| moved(&stem.at(0.0), 0.0)).collect();
-        let full = Union::new(middle, radius).with(&full);
-        let times = |&error: &f32| {
-            let [mut wide, mut thin] = [Vec::new(), Vec::new()];
-            for (stem, swell) in stems.iter().zip(swells) {
-                let triangles = moved(&stem.at(error), widened(swell, stem.width, error));
-                if stem.is_thinned(error) { &mut thin } else { &mut wide }.extend(triangles);
-            }
-            let mut union = Union::new(middle, radius);
-            let [wide, all] = [wide, thin].map(|triangles| union.with(&triangles));
-            (full as f32 - wide as f32) / (all - wide) as f32
+        let triangles = |error: f32, is_thin: bool| -> Vec<[Vec3; 3]> {
+            let drawn = stems.iter().zip(swells).filter(|(stem, _)| stem.is_thinned(error) == is_thin);
+            drawn.flat_map(|(stem, swell)| moved(&stem.at(error), widened(swell, stem.width, error))).collect()
         };
-        let times: Vec<f32> = self.errors.par_iter().map(times).collect();
-        for (factor, times) in self.factors.iter_mut().zip(times).filter(|(_, times)| times.is_finite()) {
+        let times = |&error: &f32| {
+            let [wide, thin] = [false, true].map(|is_thin| triangles(error, is_thin));
+            self.times(|_| wide.iter().copied(), |_| thin.iter().copied())
+        };
+        let times: Vec<f32> = self.factors.errors.par_iter().map(times).collect();
+        self.multiply(&times);
+    }
+
+    /// Multiplies the factors so that ribbons with these levels would cover as much as in full.
+    fn correct_ribbons(&mut self, levels: &WoodLevels) {
+        let times = |&error: &f32| {
+            let level = levels.at(error);
+            let is_thin = |triangle: &[u32; 3]| {
+                let vertex = level.numbers[triangle[0] as usize];
+                let width = levels.widths[levels.vertex_stems[vertex as usize] as usize];
+                levels.half(vertex).is_some() && boost(error / width) > 1.0
+            };
+            let (thin, wide): (Vec<_>, Vec<_>) =
+                level.triangles.iter().map(|(triangle, _)| *triangle).partition(is_thin);
+            let seen = |triangles: Vec<[u32; 3]>| {
+                let level = &level;
+                move |direction: Vec3| {
+                    let corner = |at: u32| {
+                        let position = Vec3::from(level.vertices[at as usize].position);
+                        position + facing(level.across[at as usize], direction).0
+                    };
+                    triangles.iter().map(|triangle| triangle.map(corner)).collect::<Vec<_>>().into_iter()
+                }
+            };
+            self.times(seen(wide), seen(thin))
+        };
+        let times: Vec<f32> = self.factors.errors.par_iter().map(times).collect();
+        self.multiply(&times);
+    }
+
+    /// How much more thin triangles must cover for all to cover as much as in full, given what is
+    /// seen from a direction.
+    fn times<W: Iterator<Item = [Vec3; 3]>, T: Iterator<Item = [Vec3; 3]>>(
+        &self,
+        wide: impl Fn(Vec3) -> W,
+        thin: impl Fn(Vec3) -> T,
+    ) -> f32 {
+        let mut union = Union::new(self.ball.0, self.ball.1);
+        let wide = union.with(wide);
+        let all = union.with(thin);
+        (self.full - wide as f32) / (all - wide) as f32
+    }
+
+    fn multiply(&mut self, times: &[f32]) {
+        for (factor, times) in self.factors.factors.iter_mut().zip(times).filter(|(_, times)| times.is_finite()) {
             *factor *= times.clamp(CORRECTIONS[0], CORRECTIONS[1]);
         }
     }
@@ -143,7 +177,7 @@ impl Seen<'_> {
             }
             // Once it goes, it shrinks.
             if error < (1.0 - SLIDE) * self.end {
-                let times = if self.is_thinned(error) { boost(ratio) * more.at(error) } else { 1.0 };
+                let times = if self.is_thinned(error) { boost(ratio) * more.factors.at(error) } else { 1.0 };
                 last = widening(&self.at(error), full * times, [last, self.width]) / error;
             }
             let found = (last * SWELL_STEPS).round() + f32::from(NO_SWELL);

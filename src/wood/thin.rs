@@ -1,28 +1,18 @@
 //! The error at which each stem goes: at random, but so that what is left covers as much.
 //!
-//! A stem of width w is drawn about as wide as the error e, and as one flat triangle, which covers
-//! two thirds of a cone. So that stems of a width cover as much on average as all of them did, one
-//! is drawn with probability 1.5 w / e, if that is below 1: a stem with the evenly distributed
-//! random number u goes at 1.5 w / u.
+//! A stem of width w that is thinner than the error e is drawn as wide as the error. So that stems
+//! of a width cover as much on average as all of them did, one is drawn with probability w / e: a
+//! stem with the evenly distributed random number u goes at w / u, but none while it is wider than
+//! the error.
 //!
 //! A stem never goes before those on it. A child of r times its parent's width goes with its parent
 //! with probability r, and else by a random number of its own from r to 1: both together are evenly
 //! distributed again, and such a child always goes before its parent.
 
 use super::{
-    collapse::FLAT,
     order::{StemLink, shortened},
+    slide::SLIDE,
 };
-
-/// How much wider a stem is drawn on average that is thinner than the error, over the difference
-/// of the error and its width. With 2, the oak has an eighth fewer triangles at 256 pixels, but its
-/// silhouette differs by a quarter more.
-const WIDENING: f32 = 1.0;
-
-/// How much more than its own a stem that is left must cover, at a ratio of the error to its width.
-pub(super) fn boost(ratio: f32) -> f32 {
-    (FLAT_SHARE * (1.0 + WIDENING * (ratio - 1.0))).max(1.0)
-}
 
 /// Step between the random numbers of successive stems, modulo 1: the golden ratio spreads them
 /// evenly.
@@ -30,8 +20,6 @@ const RANDOM_STEP: f64 = 0.618_033_988_749_894_9;
 /// Stems shrink to a point over the last fifth below their threshold. Their area falls with the
 /// square: they cover as much as if they were whole up to this share of it.
 const WHOLE: f32 = 0.8 + 0.2 / 3.0;
-/// Area of a flat triangle that is seen, over that of a cone of three sides, on average.
-const FLAT_SHARE: f32 = 2.0 / 3.0;
 
 /// The error at which each stem goes; infinite for the widest, which always stays. Parents come
 /// first.
@@ -51,8 +39,8 @@ pub(super) fn thresholds(links: &[StemLink], widths: &[f32]) -> Vec<f32> {
             None => even[stem],
         };
         let random = randoms[stem].max(f32::MIN_POSITIVE);
-        let times = 1.0 + (1.0 / (FLAT_SHARE * random) - 1.0) / WIDENING;
-        thresholds[stem] = (widths[stem] * times.max(FLAT) / WHOLE).max(f32::MIN_POSITIVE);
+        let times = (1.0 / (WHOLE * random)).max(1.0 / (1.0 - SLIDE));
+        thresholds[stem] = (widths[stem] * times).max(f32::MIN_POSITIVE);
     }
     for stem in (0..links.len()).rev() {
         if let Some(parent) = links[stem].parent {
@@ -95,7 +83,7 @@ mod tests {
         assert_eq!(thresholds[0], f32::INFINITY);
         for (stem, link) in links.iter().enumerate() {
             // It starts to go at four fifths of its threshold.
-            assert!(0.8 * thresholds[stem] > widths[stem], "{stem}");
+            assert!(0.8 * thresholds[stem] > 0.999 * widths[stem], "{stem}");
             assert!(link.parent.is_none_or(|parent| thresholds[parent as usize] >= thresholds[stem]), "{stem}");
         }
     }
@@ -109,7 +97,7 @@ mod tests {
         for error in [0.02, 0.04, 0.1] {
             let drawn = |stem: usize| {
                 let shrunk = 1.0 - (error / thresholds[stem] * 5.0 - 4.0).clamp(0.0, 1.0);
-                FLAT_SHARE * shrunk * shrunk * (widths[stem] + WIDENING * (error - widths[stem]))
+                shrunk * shrunk * error.max(widths[stem])
             };
             let covered: f32 = twigs().map(drawn).sum();
             assert!((covered / all - 1.0).abs() < 0.1, "{covered} of {all} at {error}");

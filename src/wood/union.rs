@@ -22,11 +22,12 @@ impl Union {
         Self { middle, scale: SIDE as f32 / (2.0 * radius), covered }
     }
 
-    /// Number of pixels that are covered once triangles are drawn too.
-    pub(super) fn with(&mut self, triangles: &[[Vec3; 3]]) -> u64 {
+    /// Number of pixels that are covered once triangles are drawn too, given those that are seen
+    /// from a direction.
+    pub(super) fn with<I: Iterator<Item = [Vec3; 3]>>(&mut self, triangles: impl Fn(Vec3) -> I) -> u64 {
         for (direction, covered) in DIRECTIONS.iter().zip(&mut self.covered) {
             let (right, up) = direction.normalize().any_orthonormal_pair();
-            for corners in triangles {
+            for corners in triangles(*direction) {
                 let at = |corner: Vec3| {
                     let from_middle = (corner - self.middle) * self.scale;
                     Vec2::new(from_middle.dot(right), from_middle.dot(up)) + 0.5 * SIDE as f32
@@ -70,11 +71,11 @@ mod tests {
         // Half of a square that is turned towards the first direction and as wide as the picture.
         let (right, up) = DIRECTIONS[0].normalize().any_orthonormal_pair();
         let half = [-right - up, right - up, up - right];
-        union.with(&[half]);
+        union.with(|_| [half].into_iter());
         let pixels = |union: &Union| union.covered[0].iter().filter(|&&is_covered| is_covered).count() as i64;
         let found = pixels(&union);
         assert!((found - (SIDE * SIDE / 2) as i64).abs() <= SIDE as i64, "{found}");
-        let again = union.with(&[half, half.map(|corner| corner * 0.5)]);
+        let again = union.with(|_| [half, half.map(|corner| corner * 0.5)].into_iter());
         assert!(again >= found as u64 && pixels(&union) == found);
         // Far outside, without area, and not numbers.
         let odd = [
@@ -83,8 +84,8 @@ mod tests {
             [Vec3::NAN; 3],
             [Vec3::splat(1e30), half[0], -half[1] * 1e20],
         ];
-        union.with(&odd[..3]);
+        union.with(|_| odd[..3].iter().copied());
         assert_eq!(pixels(&union), found);
-        union.with(&odd);
+        union.with(|_| odd.into_iter());
     }
 }

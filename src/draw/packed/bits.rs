@@ -1,6 +1,6 @@
 //! Numbers of corners in a few bits each.
 
-use super::super::records::{LEAST_WIDTH, LookRecord, NO_NORMAL, WIDTH_STEPS};
+use super::super::records::{HALF_STEPS, LEAST_HALF, LEAST_WIDTH, LookRecord, NO_NORMAL, WIDTH_STEPS};
 use crate::model::octahedral;
 use glam::Vec3;
 
@@ -8,6 +8,11 @@ use glam::Vec3;
 pub(super) fn width_bits(steps: f32) -> u32 {
     let code = ((steps.abs().log2() - LEAST_WIDTH) * WIDTH_STEPS).round().clamp(0.0, f32::from(i16::MAX));
     code as u32 | u32::from(steps.is_sign_negative()) << 15
+}
+
+/// Half of a ribbon's width over its stem's as 8 bits of its logarithm, above 0.
+pub(super) fn half_bits(share: f32) -> u32 {
+    ((share.log2() - LEAST_HALF) * HALF_STEPS).round().clamp(1.0, 255.0) as u32
 }
 
 /// Square roots of a colour over the largest one, with `bits` bits each.

@@ -215,6 +215,7 @@ mod tests {
             model.recipe.adapter = Some("an adapter".into());
             model.recipe.intrinsic = 0.01;
             model.wood_order = Some(crate::wood::WoodOrder {
+                boosts: Some([40; crate::wood::BOOSTS]),
                 stems: vec![crate::wood::StemLink { parent: None, level: 0 }],
                 triangle_stems: vec![0],
                 parents: vec![0, 0, 1],

@@ -13,6 +13,7 @@
 //! | `INTR` | intrinsic cost of the recipe; left out if it is 0, and may be skipped |
 //! | `IMPO` | impostor; left out if there is none, and may be skipped |
 //! | `SLID` | order in which the wood loses detail; left out if there is none, and may be skipped |
+//! | `RIBN` | how wide ribbons of wood are drawn; left out if there are none, and may be skipped |
 //! | `CURV` | error curve; left out if none was measured, and may be skipped |
 //! | `FILL` | zeros, if the file would else take too much memory for its size; may be skipped |
 //!
@@ -35,6 +36,7 @@ use crate::{
     Error, Result,
     material::{Material, Texture, TextureFormat},
     plant::{MAX_ELEMENTS, MAX_LEAVES, Outline, PlantOf},
+    wood::{Boosts, WoodOrder},
 };
 use serde::{Deserialize, Serialize};
 use std::{borrow::Cow, panic::resume_unwind, path::Path, thread};
@@ -46,10 +48,11 @@ const GROWTH: Tag = *b"GROW";
 const INTRINSIC: Tag = *b"INTR";
 const IMPOSTOR: Tag = *b"IMPO";
 const WOOD_ORDER: Tag = *b"SLID";
+const RIBBONS: Tag = *b"RIBN";
 const CURVE: Tag = *b"CURV";
 const FILL: Tag = *b"FILL";
 /// Tags in the order in which the sections are written, and what they hold.
-pub(super) const SECTIONS: [(Tag, &str); 13] = [
+pub(super) const SECTIONS: [(Tag, &str); 14] = [
     (*b"ABOU", "about"),
     (*b"LEAF", "leaf_records"),
     (*b"VERT", "leaf_vertices"),
@@ -61,6 +64,7 @@ pub(super) const SECTIONS: [(Tag, &str); 13] = [
     (INTRINSIC, "intrinsic"),
     (IMPOSTOR, "impostor"),
     (WOOD_ORDER, "wood_order"),
+    (RIBBONS, "ribbons"),
     (CURVE, "curve"),
     (FILL, "fill"),
 ];
@@ -168,10 +172,11 @@ pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
         encode_if(model.recipe.intrinsic != 0.0, &model.recipe.intrinsic)?,
         impostor.as_ref().map(encode).transpose()?.unwrap_or_default(),
         order.as_ref().map(encode).transpose()?.unwrap_or_default(),
+        model.wood_order.as_ref().and_then(|order| order.boosts.as_ref()).map(encode).transpose()?.unwrap_or_default(),
         model.curve.as_ref().map(encode).transpose()?.unwrap_or_default(),
         Vec::new(),
     ];
-    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, IMPOSTOR, WOOD_ORDER, CURVE, FILL].contains(&tag);
+    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, IMPOSTOR, WOOD_ORDER, RIBBONS, CURVE, FILL].contains(&tag);
     let sections = SECTIONS
         .iter()
         .zip(records)
@@ -242,6 +247,7 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     }
     let impostor = damaged_in(path, "IMPO", found(IMPOSTOR).map(decode::<PackedImpostor<'_>>).transpose())?;
     let order = damaged_in(path, "SLID", found(WOOD_ORDER).map(decode::<PackedWoodOrder<'_>>).transpose())?;
+    let boosts = damaged_in(path, "RIBN", found(RIBBONS).map(decode::<Boosts>).transpose())?;
     let curve = damaged_in(path, "CURV", found(CURVE).map(decode::<ErrorCurve>).transpose())?;
     let about: About = damaged_in(path, "ABOU", decode(about?))?;
     let counts = about.counts;
@@ -263,6 +269,8 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     let copies = damaged_in(path, "SHAP", copies)?;
     let wood_counts = [counts.wood_vertices as usize, counts.wood_indices as usize];
     let wood = decode::<PackedWood<'_>>(wood?).and_then(|record| record.decode(wood_counts));
+    let wood_order = order.map(|packed| packed.decode(counts.of_wood())).transpose();
+    let wood_order = damaged_in(path, "SLID", wood_order)?;
     let plant = PlantOf {
         name: about.name,
         vertices,
@@ -285,7 +293,7 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
         growth: damaged_in(path, "GROW", growth)?,
         copies,
         impostor: damaged_in(path, "IMPO", impostor.map(|packed| packed.decode()).transpose())?,
-        wood_order: damaged_in(path, "SLID", order.map(|packed| packed.decode(counts.of_wood())).transpose())?,
+        wood_order: wood_order.map(|order| WoodOrder { boosts, ..order }),
         curve,
     })
 }

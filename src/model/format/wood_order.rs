@@ -82,6 +82,7 @@ impl PackedWoodOrder<'_> {
         };
         Ok(WoodOrder {
             swells: (0..count).map(swell).collect(),
+            boosts: None,
             stems,
             triangle_stems: self.triangle_stems.decode(triangles)?,
             parents,

@@ -137,7 +137,7 @@ fn by_width(wood: &Wood, stems: &Stems, width: f32) -> Wood {
         let widened = 0.5 * (drawn.width - own.abs()).max(0.0) * Vec3::from(vertex.normal).normalize_or_zero();
         vertex.position = (Vec3::from(vertex.position) + widened).to_array();
     }
-    let corners = &stems.corners[..drawn.corners as usize];
+    let corners = &stems.corners[..drawn.corners.end as usize];
     let (mut indices, mut parts): (Vec<u32>, Vec<WoodPart>) = (Vec::new(), Vec::new());
     for part in &wood.parts {
         let first = indices.len() as u32;
