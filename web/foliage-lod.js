@@ -251,13 +251,14 @@ function check({ POSITION, _LEAF, _TARGET, _SCALE, _PIVOT }) {
   const kind = ({ array, normalized }) => array.constructor.name + !!normalized;
   if (!(POSITION.array instanceof Float32Array) && kind(POSITION) !== kind(_PIVOT)) refuse(stale);
   const [position, pivot] = [numbers(POSITION), numbers(_PIVOT)];
-  for (let axis = 0; axis < 3; axis++) {
-    let [low, high] = [Infinity, -Infinity];
-    for (let i = axis; i < position.length; i += 3) [low, high] = [Math.min(low, position[i]), Math.max(high, position[i])];
-    // A pivot is a leaf's attachment, which may lie somewhat beside the leaf.
-    const beside = 0.25 * (high - low);
-    for (let i = axis; i < pivot.length; i += 3) if (!(pivot[i] >= low - beside && pivot[i] <= high + beside)) refuse(stale);
-  }
+  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  position.forEach((x, i) => {
+    low[i % 3] = Math.min(low[i % 3], x);
+    high[i % 3] = Math.max(high[i % 3], x);
+  });
+  // A pivot is a leaf's attachment, which may lie somewhat beside the leaves.
+  const beside = 0.25 * Math.max(...high.map((x, axis) => x - low[axis]));
+  if (!pivot.every((x, i) => x >= low[i % 3] - beside && x <= high[i % 3] + beside)) refuse(stale);
 }
 
 /** One primitive in drawing order: `position`, `normal`, `uv`, `color` and `leaf` are Float32Arrays. */

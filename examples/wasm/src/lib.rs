@@ -4,8 +4,8 @@
 use foliage_lod::{
     FoliageModel, FoliageRenderer, Instance, Look, LookAt,
     draw::ModelId,
-    gpu::{TargetFormat, texture},
     glam::{DAffine3, DVec3},
+    gpu::{TargetFormat, texture},
 };
 use futures_channel::oneshot;
 use wasm_bindgen::prelude::*;
