@@ -201,8 +201,9 @@ pub struct Export {
     /// The model (.vds), or a tree to simplify first: .glb, .gltf or .obj.
     pub input: PathBuf,
     /// File to write: a glTF that every viewer shows as the full tree, and that keeps the continuous
-    /// level of detail for readers of docs/CONTINUOUS_GLTF.md.
-    #[arg(short, long, value_name = "OUT.glb")]
+    /// level of detail for readers of docs/CONTINUOUS_GLTF.md; or a page (.html) that draws it in a
+    /// browser, without a network.
+    #[arg(short, long, value_name = "OUT.glb|OUT.html")]
     pub output: PathBuf,
     /// Write a plain glTF for each of these shares of the leaves instead, OUT_LOD0.glb and so on, and
     /// OUT_lods.json with their numbers.

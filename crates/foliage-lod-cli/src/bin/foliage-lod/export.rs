@@ -10,7 +10,7 @@ use crate::{
 };
 use foliage_lod::{
     Error, FoliageModel,
-    export::{Continuous, Level, write_continuous, write_glb},
+    export::{Continuous, Level, page, write_continuous, write_glb},
     file,
     import::{self, Imported},
 };
@@ -50,7 +50,7 @@ struct File {
 
 /// The model, or what a tree file is simplified to.
 fn model(args: &args::Export, steps: &mut Steps) -> Result<FoliageModel, Failure> {
-    if args.input.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vds")) {
+    if ends_with(&args.input, "vds") {
         let model = models::read(&args.input)?;
         steps.done("read", format!("{}: {} leaves", model.name, HumanCount(model.leaves.len() as u64)))?;
         return Ok(model);
@@ -79,7 +79,8 @@ fn continuous(args: &args::Export, model: &FoliageModel) -> Result<File, Failure
             HumanCount(tiled)
         ));
     }
-    let bytes = spinning("writing", || write_continuous(model, &options))?;
+    let glb = spinning("writing", || write_continuous(model, &options))?;
+    let bytes = if ends_with(&args.output, "html") { page(&glb, &model.name).into_bytes() } else { glb };
     let about = json!({ "leaves": model.leaves.len(), "max_scale": model.max_scale, "tiled_leaves": tiled });
     Ok(File { path: args.output.clone(), bytes, about })
 }
@@ -125,15 +126,21 @@ fn levels(args: &args::Export, model: &FoliageModel) -> Result<Vec<File>, Failur
     Ok(files)
 }
 
+/// Whether the name ends in a dot and this.
+fn ends_with(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
+}
+
 /// Rejects outputs that cannot be written, before the work starts.
 fn check_output(args: &args::Export) -> Result<(), Error> {
     let output: &Path = &args.output;
     file::check_writable(output)?;
     file::check_apart(output, [&args.input])?;
-    let is_glb = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("glb"));
-    if !is_glb {
+    let is_page = ends_with(output, "html") && args.levels.is_empty();
+    if !is_page && !ends_with(output, "glb") {
         let named = format!("{:?}", output.display().to_string());
-        let allowed = format!("a .glb file such as {}", output.with_extension("glb").display());
+        let page = if args.levels.is_empty() { ", or a page (.html)" } else { "" };
+        let allowed = format!("a .glb file such as {}{page}", output.with_extension("glb").display());
         return Err(Error::invalid("output", named, allowed));
     }
     let plain = !args.exact && !args.z_up && args.scale == 1.0;
