@@ -5,10 +5,6 @@
 //! `FOLIAGE_REQUIRE_WEB=1` they fail.
 #![cfg(all(feature = "render", feature = "simplify"))]
 
-#[path = "common/continuous.rs"]
-mod continuous;
-#[path = "common/glb.rs"]
-mod glb;
 #[path = "common/gpu.rs"]
 mod gpu;
 #[path = "common/node.rs"]
@@ -17,7 +13,7 @@ mod node;
 use foliage_lod::{
     Camera, FoliageModel, FoliageRenderer, Instance, Look, LookAt,
     draw::Coloring,
-    export::page,
+    export::{GlbOptions, page, write_continuous},
     glam::{DAffine3, DMat4, DVec3},
     gpu::{Offscreen, TARGET, TargetFormat},
     grow::{GrowOptions, Species, grow},
@@ -174,6 +170,10 @@ fn assert_equal(page: &Path, model: &FoliageModel, pictures: &[Image]) {
     }
 }
 
+fn quantised(model: &FoliageModel) -> Vec<u8> {
+    write_continuous(model, &GlbOptions::default()).unwrap()
+}
+
 fn write_page(folder: &Path, glb: &[u8]) -> std::path::PathBuf {
     let path = folder.join("page.html");
     fs::write(&path, page(glb, "oak")).unwrap();
@@ -185,7 +185,7 @@ fn the_page_shows_the_same_leaf_as_our_renderer_at_each_pixel() {
     let model = opaque(grown("english-oak", 3000));
     let Some(pictures) = pictures(&model) else { return };
     let folder = tempfile::tempdir().unwrap();
-    assert_equal(&write_page(folder.path(), &continuous::glb(&model)), &model, &pictures);
+    assert_equal(&write_page(folder.path(), &quantised(&model)), &model, &pictures);
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn cut_out_leaves_cover_the_same_pixels() {
     let model = cut_out(grown("english-oak", 3000));
     let Some(pictures) = pictures(&model) else { return };
     let folder = tempfile::tempdir().unwrap();
-    assert_equal(&write_page(folder.path(), &continuous::glb(&model)), &model, &pictures);
+    assert_equal(&write_page(folder.path(), &quantised(&model)), &model, &pictures);
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn files_that_tools_have_reordered_and_quantised_show_the_same_and_stale_pivots_
     let Some(pictures) = pictures(&model) else { return };
     let folder = tempfile::tempdir().unwrap();
     let [file, reordered, stale] = ["oak.glb", "reordered.glb", "stale.glb"].map(|name| folder.path().join(name));
-    fs::write(&file, continuous::glb(&model)).unwrap();
+    fs::write(&file, write_continuous(&model, &GlbOptions { exact: true, ..GlbOptions::default() }).unwrap()).unwrap();
     let Some(said) = node::run("tools.mjs", &[&file, &reordered, &stale]) else { return };
     assert!(said.contains("leaf triangles out of order"), "{said}");
     assert_equal(&write_page(folder.path(), &fs::read(&reordered).unwrap()), &model, &pictures);
@@ -216,7 +216,7 @@ fn every_control_of_the_page_works_without_a_word_in_the_console() {
     let mut model = grown("hazel", 600);
     model.plant.name = "</script><img src=x onerror=\"document.title='broken out'\">".into();
     let folder = tempfile::tempdir().unwrap();
-    let page = write_page(folder.path(), &continuous::glb(&model));
+    let page = write_page(folder.path(), &quantised(&model));
     node::run("page.mjs", &[&page]);
 }
 
@@ -230,6 +230,6 @@ fn three_js_draws_the_leaves_with_shadows() {
     let model = grown("hazel", 600);
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("oak.glb");
-    fs::write(&file, continuous::glb(&model)).unwrap();
+    fs::write(&file, quantised(&model)).unwrap();
     node::run("three.mjs", &[&file]);
 }

@@ -1,7 +1,7 @@
 //! A GLB (binary glTF 2.0) under construction, following the Khronos specification.
 //!
-//! There is one buffer, and one bufferView per array, each starting at a multiple of 4 bytes. Unused
-//! materials and textures are omitted.
+//! There is one buffer, and one bufferView per array, each starting at a multiple of 4 bytes.
+//! Unused materials and textures are omitted.
 
 use super::buffer::Buffer;
 use crate::{

@@ -1,6 +1,6 @@
 //! Writes plants as GLB (binary glTF 2.0): one mesh and node for the wood and one for the leaves,
-//! with one primitive per material. Redundant data is omitted: colours if all are white, and texture
-//! coordinates if the material has no texture.
+//! with one primitive per material. Redundant data is omitted: colours if all are white, and
+//! texture coordinates if the material has no texture.
 
 use super::document::{Document, push};
 use crate::{Plant, Result, leaf::Vertex};
@@ -8,10 +8,9 @@ use serde_json::{Value, json};
 
 /// Encodes `plant` as a GLB. Leaves keep their order; pivots are not part of the format.
 ///
-/// # Errors
-/// [`InvalidPlant`](crate::Error::InvalidPlant); [`TooLarge`](crate::Error::TooLarge) above 4 GiB;
-/// [`Unreadable`](crate::Error::Unreadable) for a damaged WebP texture. WebP textures are converted to
-/// PNG; other textures are copied unchanged.
+/// # Errors [`InvalidPlant`](crate::Error::InvalidPlant); [`TooLarge`](crate::Error::TooLarge)
+/// above 4 GiB; [`Unreadable`](crate::Error::Unreadable) for a damaged WebP texture. WebP textures
+/// are converted to PNG; other textures are copied unchanged.
 pub fn write_glb(plant: &Plant) -> Result<Vec<u8>> {
     plant.validate()?;
     let mut document = Document::new(plant);

@@ -31,8 +31,8 @@ pub struct Level {
 }
 
 impl Level {
-    /// The level of a valid model that has the share `lod` of its leaves, and at least one. Enlarged
-    /// leaves that would show several pictures show one.
+    /// The level of a valid model that has the share `lod` of its leaves, and at least one.
+    /// Enlarged leaves that would show several pictures show one.
     pub fn new(model: &FoliageModel, lod: f64) -> Self {
         let all = model.leaves.len() as u32;
         let leaves = ((lod * f64::from(all)).ceil() as u32).clamp(1.min(all), all);

@@ -12,7 +12,7 @@ mod glb;
 mod levels;
 mod page;
 
-pub use continuous::{Continuous, write_continuous};
+pub use continuous::{GlbOptions, write_continuous, write_level};
 pub use glb::write_glb;
 pub use levels::Level;
 pub use page::{READER, page};

@@ -105,7 +105,7 @@ impl SharedBudget {
             return;
         }
         let Hidden { visibility, shapes, .. } = hidden;
-        let started = Instant::now();
+        let started = seconds_per_leaf.map(|_| Instant::now());
         let crown = |plant: InView| {
             let CrownShape { center, half, opacity } = *shapes.get(plant.kind as usize)?;
             let center = plant.center + DVec3::Y * (f64::from(center[1]) * plant.radius);
@@ -117,9 +117,7 @@ impl SharedBudget {
             })
         };
         visibility.update(camera, plants.filter_map(crown), seconds);
-        if seconds.is_none() {
-            return;
-        }
+        let Some(started) = started.filter(|_| seconds.is_some()) else { return };
         hidden.seconds += started.elapsed().as_secs_f64();
         hidden.frames += 1;
         if let Some(seconds_per_leaf) = seconds_per_leaf.filter(|_| hidden.frames == JUDGED) {
@@ -127,7 +125,7 @@ impl SharedBudget {
             if hidden.seconds > saved * f64::from(JUDGED) {
                 hidden.left_out = LEFT_OUT;
                 hidden.times_left_out += 1;
-                hidden.visibility.reset();
+                hidden.visibility.forget();
             }
         }
         if hidden.frames >= JUDGED {

@@ -112,9 +112,11 @@ struct State {
     weight: f32,
     /// Estimate of which it was last part.
     pass: u32,
+    /// Estimate that it was last in view of.
+    in_view: u32,
 }
 
-const UNKNOWN: State = State { last: [0; KEPT], weight: 0.0, pass: 0 };
+const UNKNOWN: State = State { last: [0; KEPT], weight: 0.0, pass: 0, in_view: 0 };
 
 impl Visibility {
     /// Nothing is known yet: everything shows.
@@ -128,6 +130,13 @@ impl Visibility {
         self.states.clear();
         self.discs.clear();
         (self.next, self.pass) = (0, 0);
+    }
+
+    /// Forgets all plants without making a whole estimate: all show, until they are known.
+    pub(super) fn forget(&mut self) {
+        let pass = self.pass;
+        self.reset();
+        self.pass = pass;
     }
 
     /// Draws what hides plants but is none, such as houses and hills: the distance from the eye of
@@ -183,12 +192,12 @@ impl Visibility {
 
     /// Begins an estimate.
     fn begin(&mut self, camera: &Camera, crowns: impl Iterator<Item = Crown>) {
-        let Self { buffer, discs, states, .. } = self;
-        buffer.clear(camera.aspect());
-        discs.clear();
         (self.next, self.found) = (0, Found::default());
         self.is_whole = self.pass == 0;
         self.pass = self.pass.wrapping_add(1).max(1);
+        let Self { buffer, discs, states, pass, .. } = self;
+        buffer.clear(camera.aspect());
+        discs.clear();
         let mut count = 0;
         let seen = Seen::new(camera, buffer.size());
         discs.extend(crowns.filter_map(|crown| {
@@ -197,11 +206,13 @@ impl Visibility {
                 states.resize(crown.instance as usize + 1, UNKNOWN);
             }
             let disc = seen.disc(&crown);
-            if disc.is_none() {
-                states[crown.instance as usize] = UNKNOWN;
+            if disc.is_some() {
+                states[crown.instance as usize].in_view = *pass;
             }
             disc
         }));
+        // What comes into view shows until it is known.
+        states.iter_mut().filter(|state| state.in_view != *pass).for_each(|state| *state = UNKNOWN);
         discs.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.instance.cmp(&b.instance)));
         self.estimate.crowns = count;
         self.estimate.drawn = discs.len() as u32;
@@ -209,7 +220,10 @@ impl Visibility {
 
     fn draw(&mut self, at: usize) {
         let Disc { distance, instance, middle, half, opacity } = self.discs[at];
-        let Some([area, shown]) = self.buffer.draw(middle, half, distance, opacity) else { return };
+        let Some([area, shown]) = self.buffer.draw(middle, half, distance, opacity) else {
+            self.states[instance as usize] = UNKNOWN;
+            return;
+        };
         self.found.area += f64::from(area);
         self.found.shown += f64::from(shown);
         let visible = shown / area;

@@ -200,13 +200,13 @@ pub struct Simplify {
 pub struct Export {
     /// The model (.vds), or a tree to simplify first: .glb, .gltf or .obj.
     pub input: PathBuf,
-    /// File to write: a glTF that every viewer shows as the full tree, and that keeps the continuous
-    /// level of detail for readers of docs/CONTINUOUS_GLTF.md; or a page (.html) that draws it in a
-    /// browser, without a network.
+    /// File to write: a glTF that every viewer shows as the full tree, and that keeps the
+    /// continuous level of detail for readers of docs/CONTINUOUS_GLTF.md; or a page (.html) that
+    /// draws it in a browser, without a network.
     #[arg(short, long, value_name = "OUT.glb|OUT.html")]
     pub output: PathBuf,
-    /// Write a plain glTF for each of these shares of the leaves instead, OUT_LOD0.glb and so on, and
-    /// OUT_lods.json with their numbers.
+    /// Write a plain glTF for each of these shares of the leaves instead, OUT_LOD0.glb and so on,
+    /// and OUT_lods.json with their numbers.
     #[arg(long, value_name = "SHARE,...", value_delimiter = ',', value_parser = share)]
     pub levels: Vec<f64>,
     /// Keep every bit instead of 16 bits a coordinate.

@@ -10,7 +10,7 @@ use crate::{
 };
 use foliage_lod::{
     Error, FoliageModel,
-    export::{Continuous, Level, page, write_continuous, write_glb},
+    export::{GlbOptions, Level, page, write_continuous, write_level},
     file,
     import::{self, Imported},
 };
@@ -69,8 +69,11 @@ fn model(args: &args::Export, steps: &mut Steps) -> Result<FoliageModel, Failure
     Ok(model)
 }
 
+fn options(args: &args::Export) -> GlbOptions {
+    GlbOptions { exact: args.exact, z_up: args.z_up, scale: args.scale }
+}
+
 fn continuous(args: &args::Export, model: &FoliageModel) -> Result<File, Failure> {
-    let options = Continuous { exact: args.exact, z_up: args.z_up, scale: args.scale };
     let tiled = model.tiled_leaves() as u64;
     if tiled > 0 {
         complain(format_args!(
@@ -79,7 +82,7 @@ fn continuous(args: &args::Export, model: &FoliageModel) -> Result<File, Failure
             HumanCount(tiled)
         ));
     }
-    let glb = spinning("writing", || write_continuous(model, &options))?;
+    let glb = spinning("writing", || write_continuous(model, &options(args)))?;
     let bytes = if ends_with(&args.output, "html") { page(&glb, &model.name).into_bytes() } else { glb };
     let about = json!({ "leaves": model.leaves.len(), "max_scale": model.max_scale, "tiled_leaves": tiled });
     Ok(File { path: args.output.clone(), bytes, about })
@@ -96,7 +99,7 @@ fn levels(args: &args::Export, model: &FoliageModel) -> Result<Vec<File>, Failur
     for (number, &lod) in args.levels.iter().enumerate() {
         let (level, bytes) = spinning("writing", || {
             let level = Level::new(model, lod);
-            let bytes = write_glb(&level.plant);
+            let bytes = write_level(&level.plant, &options(args));
             bytes.map(|bytes| (level, bytes))
         })?;
         // On a screen of 1080 rows.
@@ -142,11 +145,6 @@ fn check_output(args: &args::Export) -> Result<(), Error> {
         let page = if args.levels.is_empty() { ", or a page (.html)" } else { "" };
         let allowed = format!("a .glb file such as {}{page}", output.with_extension("glb").display());
         return Err(Error::invalid("output", named, allowed));
-    }
-    let plain = !args.exact && !args.z_up && args.scale == 1.0;
-    if !args.levels.is_empty() && !plain {
-        let allowed = "left out: levels are written exactly, with Y up, in the model's own units";
-        return Err(Error::invalid("--levels", "with --exact, --z-up or --scale", allowed));
     }
     Ok(())
 }
