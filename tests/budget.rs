@@ -10,6 +10,8 @@ mod grove;
 mod hard;
 #[path = "budget/oracle.rs"]
 mod oracle;
+#[path = "budget/pace.rs"]
+mod pace;
 #[path = "budget/steady.rs"]
 mod steady;
 #[cfg(all(feature = "simplify", feature = "software"))]

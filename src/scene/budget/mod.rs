@@ -32,6 +32,7 @@ mod demand;
 mod histogram;
 mod item;
 mod octaves;
+mod pace;
 mod rule;
 mod splitter;
 mod steady;
@@ -40,5 +41,6 @@ mod weighed;
 
 pub use demand::Exponent;
 pub use item::{Item, MOST_DIAMETER_PX};
+pub use pace::{Load, Pace, Times};
 pub use rule::{CookShare, GomezShare, Rule};
 pub use splitter::{Spent, Splitter};
