@@ -578,7 +578,7 @@ fn more_memory_than_allowed_is_refused_with_one_line_that_says_how_much() {
 fn an_output_that_is_not_named_like_a_model_is_refused_before_the_work() {
     let folder = TempDir::new().unwrap();
     for (output, says) in [
-        ("oak.glb", "`foliage-lod grow` writes .glb"),
+        ("oak.glb", "foliage-lod export oak.vds -o oak.glb"),
         ("oak.GLTF", "oak.vds"),
         ("oak.png", "foliage-lod render oak.vds -o oak.png"),
         ("oak.vds.gz", ".vds"),
@@ -587,6 +587,36 @@ fn an_output_that_is_not_named_like_a_model_is_refused_before_the_work() {
         assert!(line.contains("--output is") && line.contains(says), "{line}");
     }
     assert!(names(&folder).is_empty());
+}
+
+#[test]
+fn a_model_is_exported_for_viewers_engines_and_browsers() {
+    let folder = folder_with_model();
+    let told = json(&run(&folder, &["export", "a.vds", "-o", "a.glb", "--json"]));
+    assert_has_keys(&told, &["leaves", "files", "seconds"]);
+    assert_eq!(told["files"][0]["leaves"], 200);
+    assert!(fs::read(folder.path().join("a.glb")).unwrap().starts_with(b"glTF"));
+    let told = json(&run(&folder, &["export", "a.vds", "-o", "a.glb", "--levels", "1,0.25", "--json"]));
+    assert_eq!((&told["files"][1]["leaves"], told["files"].as_array().unwrap().len()), (&Value::from(50), 3));
+    let lods: Value = serde_json::from_slice(&fs::read(folder.path().join("a_lods.json")).unwrap()).unwrap();
+    assert_eq!(lods["levels"][1]["file"], "a_LOD1.glb");
+    assert_has_keys(&lods["levels"][1], &["leaf_triangles", "wood_triangles", "size_px", "wrong_px"]);
+    assert!(run(&folder, &["export", "a.vds", "-o", "a.html"]).status.success());
+    assert!(fs::read_to_string(folder.path().join("a.html")).unwrap().starts_with("<!doctype html>"));
+    let before = names(&folder);
+    for (arguments, says) in [
+        (&["export", "a.vds", "-o", "b.fbx"][..], "b.glb, or a page (.html)"),
+        (&["export", "a.vds", "-o", "b.html", "--levels", "1"], "b.glb"),
+        (&["export", "a.glb", "-o", "a.glb"], "a.glb"),
+        (&["export", "a_LOD0.glb", "-o", "a.glb", "--levels", "0.5"], "a_LOD0.glb"),
+        (&["export", "a.vds", "-o", "b.glb", "--scale", "0"], "scale"),
+        (&["export", "none.vds", "-o", "b.glb"], "none.vds"),
+    ] {
+        let output = run(&folder, arguments);
+        let line = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && line.lines().count() == 1 && line.contains(says), "{line}");
+    }
+    assert_eq!(names(&folder), before);
 }
 
 /// OBJ text of `count` groups, each a card of its own.

@@ -13,6 +13,7 @@ use foliage_lod::{
     export::{GlbOptions, Level, page, write_continuous, write_level},
     file,
     import::{self, Imported},
+    simplify::{GrowBy, SimplifyOptions},
 };
 use indicatif::{DecimalBytes, HumanCount};
 use serde_json::{Value, json};
@@ -22,7 +23,19 @@ use std::path::{Path, PathBuf};
 pub fn run(args: &args::Export) -> Result<(), Failure> {
     check_output(args)?;
     let mut steps = Steps::new(args.json);
-    let model = model(args, &mut steps)?;
+    let mut model = model(args, &mut steps)?;
+    let tiled = model.tiled_leaves() as u64;
+    if tiled > 0 {
+        complain(format_args!(
+            "warning: {} leaves repeat their picture when they are enlarged, which glTF cannot say; they show one \
+             larger picture instead. Models made with --growth scale look the same everywhere",
+            HumanCount(tiled)
+        ));
+    }
+    if !args.levels.is_empty() && !model.wood.indices.is_empty() && model.wood_order.is_none() {
+        model.order_wood();
+        steps.done("wood", "in the order in which it loses detail")?;
+    }
     let files = if args.levels.is_empty() { vec![continuous(args, &model)?] } else { levels(args, &model)? };
     let mut written = Vec::new();
     for File { path, bytes, about } in files {
@@ -59,14 +72,11 @@ fn model(args: &args::Export, steps: &mut Steps) -> Result<FoliageModel, Failure
     let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &options))?;
     warnings.iter().for_each(|warning| complain(output::warning_line(warning)));
     steps.done("read", format!("{}: {} leaves", plant.name, HumanCount(plant.leaves.len() as u64)))?;
-    let (made, rasteriser) = simplified(args.raster, &plant, &args.preset.options())?;
+    // Leaves that repeat their picture would show one larger one.
+    let options = SimplifyOptions { grow_by: GrowBy::Scale, ..args.preset.options() };
+    let (made, rasteriser) = simplified(args.raster, &plant, &options)?;
     steps.done("simplify", format!("on {rasteriser}, {} fragments", HumanCount(made.fragments)))?;
-    let mut model = made.model;
-    if !model.wood.indices.is_empty() && !args.levels.is_empty() {
-        model.order_wood();
-        steps.done("wood", "in the order in which it loses detail")?;
-    }
-    Ok(model)
+    Ok(made.model)
 }
 
 fn options(args: &args::Export) -> GlbOptions {
@@ -74,17 +84,10 @@ fn options(args: &args::Export) -> GlbOptions {
 }
 
 fn continuous(args: &args::Export, model: &FoliageModel) -> Result<File, Failure> {
-    let tiled = model.tiled_leaves() as u64;
-    if tiled > 0 {
-        complain(format_args!(
-            "warning: {} leaves repeat their picture when they are enlarged, which glTF cannot say; they show one \
-             larger picture instead. Models made with --growth scale look the same everywhere",
-            HumanCount(tiled)
-        ));
-    }
     let glb = spinning("writing", || write_continuous(model, &options(args)))?;
     let bytes = if ends_with(&args.output, "html") { page(&glb, &model.name).into_bytes() } else { glb };
-    let about = json!({ "leaves": model.leaves.len(), "max_scale": model.max_scale, "tiled_leaves": tiled });
+    let about =
+        json!({ "leaves": model.leaves.len(), "max_scale": model.max_scale, "tiled_leaves": model.tiled_leaves() });
     Ok(File { path: args.output.clone(), bytes, about })
 }
 
@@ -94,9 +97,10 @@ fn levels(args: &args::Export, model: &FoliageModel) -> Result<Vec<File>, Failur
         Some(curve) => curve.clone(),
         None => curves::measure(model)?,
     };
-    let stem = args.output.file_stem().unwrap_or_default().to_string_lossy();
+    let mut paths = outputs(args);
+    let told_in = paths.pop().unwrap_or_default();
     let mut files = Vec::new();
-    for (number, &lod) in args.levels.iter().enumerate() {
+    for (path, &lod) in paths.into_iter().zip(&args.levels) {
         let (level, bytes) = spinning("writing", || {
             let level = Level::new(model, lod);
             let bytes = write_level(&level.plant, &options(args));
@@ -114,7 +118,7 @@ fn levels(args: &args::Export, model: &FoliageModel) -> Result<Vec<File>, Failur
             "screen_coverage": size_px / 1080.0,
             "wrong_px": error_px,
         });
-        files.push(File { path: args.output.with_file_name(format!("{stem}_LOD{number}.glb")), bytes, about });
+        files.push(File { path, bytes, about });
     }
     let told: Vec<Value> = files
         .iter()
@@ -124,8 +128,7 @@ fn levels(args: &args::Export, model: &FoliageModel) -> Result<Vec<File>, Failur
         })
         .collect();
     let text = serde_json::to_string_pretty(&json!({ "model": model.name, "levels": told })).unwrap_or_default();
-    let path = args.output.with_file_name(format!("{stem}_lods.json"));
-    files.push(File { path, bytes: text.into_bytes(), about: json!({}) });
+    files.push(File { path: told_in, bytes: text.into_bytes(), about: json!({}) });
     Ok(files)
 }
 
@@ -134,11 +137,23 @@ fn ends_with(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
 }
 
-/// Rejects outputs that cannot be written, before the work starts.
+/// Files that are written: of levels, one for each and the last one to tell of them.
+fn outputs(args: &args::Export) -> Vec<PathBuf> {
+    if args.levels.is_empty() {
+        return vec![args.output.clone()];
+    }
+    let stem = args.output.file_stem().unwrap_or_default().to_string_lossy();
+    let of_levels = (0..args.levels.len()).map(|number| format!("{stem}_LOD{number}.glb"));
+    of_levels.chain([format!("{stem}_lods.json")]).map(|name| args.output.with_file_name(name)).collect()
+}
+
+/// Rejects outputs that cannot be written or are the input, before the work starts.
 fn check_output(args: &args::Export) -> Result<(), Error> {
     let output: &Path = &args.output;
-    file::check_writable(output)?;
-    file::check_apart(output, [&args.input])?;
+    for path in outputs(args) {
+        file::check_writable(&path)?;
+        file::check_apart(&path, [&args.input])?;
+    }
     let is_page = ends_with(output, "html") && args.levels.is_empty();
     if !is_page && !ends_with(output, "glb") {
         let named = format!("{:?}", output.display().to_string());

@@ -63,7 +63,7 @@ const FLAGS: [(&str, &str); 10] = [
     ("VertexColors::Ignore", "--vertex-colors ignore"),
 ];
 /// Library fields whose flag is the same name, spelled with dashes.
-const FIELDS: [&str; 14] = [
+const FIELDS: [&str; 13] = [
     "alpha_cutoff",
     "group",
     "leaves",
@@ -74,7 +74,6 @@ const FIELDS: [&str; 14] = [
     "plant",
     "resolution",
     "size",
-    "sizes",
     "target",
     "threads",
     "views",
