@@ -17,6 +17,7 @@ use foliage_lod::{
     grow::{GrowOptions, Species, grow},
     import::{ImportOptions, load},
     leaf::Vertex,
+    plant::WoodPart,
     simplify::{CpuFragments, GrowBy, Quiet, SimplifyOptions, simplify},
     software::{Background, DrawOptions, draw_model, draw_plant},
 };
@@ -138,6 +139,8 @@ fn levels_show_what_the_model_shows_at_their_counts() {
         let differing = alphas().map(|(a, b)| (a - b).abs()).sum::<f64>() / theirs;
         println!("{lod}: {:.4} covered, {differing:.4} differing", ours / theirs);
         assert!((ours / theirs - 1.0).abs() < 0.01 && differing < 0.05, "{differing} at {lod}");
+        let has_back = |part: &WoodPart| level.plant.materials[part.material as usize].double_sided;
+        assert!(lod == 1.0 || level.plant.wood.parts.iter().all(has_back), "thin stems are flat");
         level.plant.validate().unwrap();
     }
     assert_eq!(sizes[0], (f32::INFINITY, model.wood.triangles()));
@@ -147,9 +150,16 @@ fn levels_show_what_the_model_shows_at_their_counts() {
 #[test]
 fn wrong_scales_are_refused_and_the_axes_turn() {
     let model = grown("betula-populifolia", 60);
-    for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+    for scale in [0.0, -1.0, 1e-46, 1e300, f64::NAN, f64::INFINITY] {
         assert!(write_continuous(&model, &GlbOptions { scale, ..EXACT }).is_err(), "{scale}");
     }
+    // A plant that a scale within the range makes smaller than `f32` holds.
+    let mut tiny = model.clone();
+    tiny.plant.vertices.iter_mut().for_each(|vertex| vertex.position = vertex.position.map(|part| 1e-30 * part));
+    tiny.plant.leaves.iter_mut().for_each(|leaf| leaf.pivot = leaf.pivot.map(|part| 1e-30 * part));
+    tiny.plant.wood = Default::default();
+    assert!(write_continuous(&tiny, &GlbOptions::default()).is_ok());
+    assert!(write_continuous(&tiny, &GlbOptions { scale: 1e-11, ..EXACT }).is_err());
     let folder = tempfile::tempdir().unwrap();
     for exact in [true, false] {
         let path = folder.path().join("turned.glb");

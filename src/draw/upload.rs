@@ -9,7 +9,7 @@ use super::{
     seed::seeds,
     stems::{DrawnStems, Levels, Stems},
     trimmed::Trimmed,
-    wood::{levels_of, order_of},
+    wood::order_of,
 };
 use crate::{
     bounds::Aabb,
@@ -87,12 +87,13 @@ impl Upload {
     }
 
     /// Builds the records of a valid model whose wood slides, if it has an
-    /// [order](FoliageModel::wood_order) of at most 65,536 stems: draw the triangles that
-    /// are [drawn](Self::drawn_wood) at an error, with each vertex on its way to its parent. Other
-    /// models are as from [`new`](Self::new). O(n log n).
+    /// [order](FoliageModel::wood_order) of at most 65,536 stems and 5 million vertices: draw the
+    /// triangles that are [drawn](Self::drawn_wood) at an error, with each vertex on its way to its
+    /// parent, and those of ribbons turned towards the eye (see [`WoodSlide::half`]). Other models
+    /// are as from [`new`](Self::new). O(n log n).
     pub fn sliding(model: &FoliageModel) -> Self {
         let Some(order) = order_of(model) else { return Self::new(model) };
-        let levels = levels_of(model, order);
+        let levels = WoodLevels::with_ribbons(&model.wood, order);
         let widths: Vec<f32> = levels.vertex_stems.iter().map(|&stem| levels.widths[stem as usize]).collect();
         let ends = Levels::sliding(levels.drawn.clone());
         Self::with_wood(model, &levels.vertices, &levels.corners, &widths, ends, |copies| copies.sliding(&levels))

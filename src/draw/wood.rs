@@ -5,10 +5,7 @@
 use super::look::Look;
 #[cfg(feature = "software")]
 use crate::effects::Limbs;
-use crate::{
-    model::FoliageModel,
-    wood::{WoodLevels, WoodOrder},
-};
+use crate::{model::FoliageModel, wood::WoodOrder};
 #[cfg(feature = "software")]
 use glam::DVec3;
 
@@ -18,27 +15,18 @@ const STEPS_PER_OCTAVE: f32 = 8.0;
 const STEP_OF_ONE: i32 = 1024;
 /// Most steps above that of 1: errors stay finite.
 const MOST_STEPS: i32 = 1016;
-/// Most stems that the GPU's records can tell apart. Wood of more of them is drawn as without an
-/// order.
+/// Most stems that the GPU's records can tell apart. Wood of more of them, or of too many vertices,
+/// is drawn as without an order.
 pub(crate) const MOST_STEMS: usize = 1 << 16;
 
-/// Number of vertices of wood with ribbons that the GPU's records can tell apart.
+/// Number of vertices that the GPU's records can tell apart.
 const MOST_VERTICES: usize = 1 << 24;
 
 /// The order that a model's wood is drawn by, if there is one.
 pub(crate) fn order_of(model: &FoliageModel) -> Option<&WoodOrder> {
-    model.wood_order.as_ref().filter(|order| order.stems.len() <= MOST_STEMS)
-}
-
-/// The levels that a model's wood is drawn at, given its order: with ribbons unless vertices, one
-/// for each material, might outnumber the bits of [`SlidingWood`](super::records::SlidingWood).
-pub(crate) fn levels_of(model: &FoliageModel, order: &WoodOrder) -> WoodLevels {
-    let most = 2 * model.wood.vertices.len() * model.wood.parts.len();
-    if most < MOST_VERTICES {
-        WoodLevels::with_ribbons(&model.wood, order)
-    } else {
-        WoodLevels::new(&model.wood, order)
-    }
+    // Ribbons have at most twice the vertices of their tubes, and each material has its own.
+    let vertices = 3 * model.wood.vertices.len() * model.wood.parts.len();
+    model.wood_order.as_ref().filter(|order| order.stems.len() <= MOST_STEMS && vertices < MOST_VERTICES)
 }
 
 /// The limbs that the wind moves, if there are any; `origin` as for [`Limbs::new`].

@@ -9,7 +9,7 @@ use super::{
     glb::{compacted, unit},
 };
 use crate::{
-    FoliageModel, Plant, Result,
+    Error, FoliageModel, Plant, Result,
     bounds::Aabb,
     error::check_range,
     leaf::Vertex,
@@ -33,7 +33,7 @@ pub struct GlbOptions {
     pub exact: bool,
     /// Whether the file's vertical axis is Z, for programs that do not turn glTF, whose own is Y.
     pub z_up: bool,
-    /// Factor of all lengths; above 0.
+    /// Factor of all lengths: 1e-12 to 1e12.
     pub scale: f64,
 }
 
@@ -46,9 +46,10 @@ impl Default for GlbOptions {
 /// Encodes a valid model as a continuous glTF. Equal models give equal bytes. Growth is carried by
 /// scale: tiles and tone are left out, and colour factors above 1 are 1.
 ///
-/// # Errors [`TooLarge`](crate::Error::TooLarge) above 4 GiB;
-/// [`Unreadable`](crate::Error::Unreadable) for a damaged WebP texture;
-/// [`InvalidOption`](crate::Error::InvalidOption) for a scale that is not above 0 and finite.
+/// # Errors
+/// [`TooLarge`](crate::Error::TooLarge) above 4 GiB; [`Unreadable`](crate::Error::Unreadable) for a
+/// damaged WebP texture; [`InvalidOption`](crate::Error::InvalidOption) for a scale beyond 1e-12 to
+/// 1e12, or one that leaves nothing of the plant's size, or more, than `f32` holds.
 pub fn write_continuous(model: &FoliageModel, options: &GlbOptions) -> Result<Vec<u8>> {
     let pivots = model.leaves.iter().map(|leaf| leaf.pivot);
     let mut writer = Writer::new(&model.plant, pivots, options)?;
@@ -69,7 +70,8 @@ pub fn write_continuous(model: &FoliageModel, options: &GlbOptions) -> Result<Ve
 /// Encodes a valid plant as a GLB of one mesh, such as one of the [levels](super::Level) of a
 /// model. Leaves keep their order within each material.
 ///
-/// # Errors Those of [`write_continuous`].
+/// # Errors
+/// Those of [`write_continuous`].
 pub fn write_level(plant: &Plant, options: &GlbOptions) -> Result<Vec<u8>> {
     let mut writer = Writer::new(plant, std::iter::empty(), options)?;
     let leaves = |material: u32| {
@@ -113,9 +115,15 @@ struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     fn new<L>(plant: &'a PlantOf<L>, pivots: impl Iterator<Item = [f32; 3]>, options: &GlbOptions) -> Result<Self> {
-        check_range("scale", options.scale, f64::MIN_POSITIVE..=1e12)?;
+        check_range("scale", options.scale, 1e-12..=1e12)?;
         let vertices = plant.vertices.iter().chain(&plant.wood.vertices).map(|vertex| vertex.position);
-        Ok(Self { document: Document::new(plant), grid: Grid::of(vertices.chain(pivots)), exact: options.exact })
+        let grid = Grid::of(vertices.chain(pivots));
+        let size = grid.low.abs().max_element().max(grid.side) * options.scale;
+        if !((grid.side * options.scale) as f32).is_normal() || !(size as f32).is_finite() {
+            let allowed = format!("one that keeps the plant, {:e} across, within the range of f32", grid.side);
+            return Err(Error::invalid("scale", options.scale, allowed));
+        }
+        Ok(Self { document: Document::new(plant), grid, exact: options.exact })
     }
 
     /// The file, with one node.

@@ -8,9 +8,10 @@ use serde_json::{Value, json};
 
 /// Encodes `plant` as a GLB. Leaves keep their order; pivots are not part of the format.
 ///
-/// # Errors [`InvalidPlant`](crate::Error::InvalidPlant); [`TooLarge`](crate::Error::TooLarge)
-/// above 4 GiB; [`Unreadable`](crate::Error::Unreadable) for a damaged WebP texture. WebP textures
-/// are converted to PNG; other textures are copied unchanged.
+/// # Errors
+/// [`InvalidPlant`](crate::Error::InvalidPlant); [`TooLarge`](crate::Error::TooLarge) above 4 GiB;
+/// [`Unreadable`](crate::Error::Unreadable) for a damaged WebP texture. WebP textures are converted
+/// to PNG; other textures are copied unchanged.
 pub fn write_glb(plant: &Plant) -> Result<Vec<u8>> {
     plant.validate()?;
     let mut document = Document::new(plant);

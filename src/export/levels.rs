@@ -39,13 +39,14 @@ impl Level {
         let size_px = if leaves < all { size_px(leaves as f32 / all as f32) } else { f32::INFINITY };
         let mut swap = Swap::new(model);
         swap.set_active(leaves);
-        let mut plant = Plant {
-            name: model.name.clone(),
-            wood: wood(model, 2.0 * model.sphere().radius as f32 * WOOD_ERROR_PX / size_px),
-            materials: model.materials.clone(),
-            textures: model.textures.clone(),
-            ..Plant::default()
-        };
+        let wood = wood(model, 2.0 * model.sphere().radius as f32 * WOOD_ERROR_PX / size_px);
+        let mut materials = model.materials.clone();
+        if leaves < all {
+            // Thin stems are flat triangles, which have a back.
+            wood.parts.iter().for_each(|part| materials[part.material as usize].double_sided = true);
+        }
+        let mut plant =
+            Plant { name: model.name.clone(), wood, materials, textures: model.textures.clone(), ..Plant::default() };
         for (leaf, &scale) in model.leaves.iter().zip(&swap.scales()[..leaves as usize]) {
             let pivot = Vec3::from(leaf.pivot);
             let scaled = |vertex: &Vertex| {

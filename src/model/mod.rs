@@ -215,9 +215,10 @@ impl FoliageModel {
         largest
     }
 
-    /// Number of leaves that repeat their picture when they are enlarged.
+    /// Number of leaves that are enlarged at some active count and then repeat their picture.
     pub fn tiled_leaves(&self) -> usize {
-        self.leaves.iter().filter(|leaf| self.tiles(leaf).is_some()).count()
+        let leaves = self.leaves.iter().zip(self.largest_scales());
+        leaves.filter(|(leaf, scale)| *scale > 1.0 && self.tiles(leaf).is_some()).count()
     }
 
     /// What an enlarged leaf repeats; `None` if it is drawn larger.

@@ -107,8 +107,8 @@ impl SharedBudget {
         let Hidden { visibility, shapes, .. } = hidden;
         let started = seconds_per_leaf.map(|_| Instant::now());
         let crown = |plant: InView| {
-            let CrownShape { center, half, opacity } = *shapes.get(plant.kind as usize)?;
-            let center = plant.center + DVec3::Y * (f64::from(center[1]) * plant.radius);
+            let CrownShape { height, half, opacity } = *shapes.get(plant.kind as usize)?;
+            let center = plant.center + DVec3::Y * (f64::from(height) * plant.radius);
             Some(Crown {
                 instance: plant.instance,
                 center,

@@ -9,7 +9,7 @@ use crate::{
         eye::Eye,
         facts::reach,
         instance::Instance,
-        wood::{levels_of, order_of, stepped},
+        wood::{order_of, stepped},
     },
     leaf::Vertex,
     model::FoliageModel,
@@ -40,7 +40,7 @@ impl SlidingWood {
     pub(super) fn new(model: &FoliageModel) -> Option<Self> {
         let order = order_of(model)?;
         let (center, reach) = reach(model);
-        Some(Self { levels: levels_of(model, order), center, reach })
+        Some(Self { levels: WoodLevels::with_ribbons(&model.wood, order), center, reach })
     }
 
     /// Number of the step of the error that a plant is drawn at, and that error.

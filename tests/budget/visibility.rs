@@ -228,11 +228,11 @@ fn crowns_take_the_light_that_their_leaves_cover() {
         let options = DrawOptions { background: Background::Transparent, ..DrawOptions::default() };
         let image = draw_plant(&plant, &camera, [256; 2], &options).unwrap();
         // Half a picture is a radius, nearly: the eye is far away.
-        let [x, y, _] = shape.center.map(|at| f64::from(at) * 128.0);
+        let y = f64::from(shape.height) * 128.0;
         let [wide, high] = shape.half.map(|half| f64::from(half) * 128.0);
         let (mut covered, mut area) = (0.0, 0.0);
         for (at, pixel) in image.rgba.chunks_exact(4).enumerate() {
-            let [column, row] = [(at % 256) as f64 + 0.5 - 128.0 - x, 128.0 - (at / 256) as f64 - 0.5 - y];
+            let [column, row] = [(at % 256) as f64 + 0.5 - 128.0, 128.0 - (at / 256) as f64 - 0.5 - y];
             if (column / wide).powi(2) + (row / high).powi(2) <= 1.0 {
                 (covered, area) = (covered + f64::from(pixel[3]) / 255.0, area + 1.0);
             }

@@ -21,6 +21,7 @@ export function launch(kind = 'webgl') {
 /** Opens an address; `problems` collects what the console complains about and every request. */
 export async function open(browser, url, { width = 640, height = 480, scale = 1, isMobile = false } = {}) {
   const page = await browser.newPage();
+  page.setDefaultTimeout(120_000); // Software WebGL takes up to a second a frame.
   await page.setViewport({ width, height, deviceScaleFactor: scale, isMobile, hasTouch: isMobile });
   const [problems, requests] = [[], []];
   page.on('console', (message) => ['error', 'warn', 'warning'].includes(message.type()) && problems.push(message.text()));

@@ -594,13 +594,14 @@ fn a_model_is_exported_for_viewers_engines_and_browsers() {
     let folder = folder_with_model();
     let told = json(&run(&folder, &["export", "a.vds", "-o", "a.glb", "--json"]));
     assert_has_keys(&told, &["leaves", "files", "seconds"]);
+    assert_has_keys(&told["files"][0], &["path", "kind", "leaves", "triangles", "bytes"]);
     assert_eq!(told["files"][0]["leaves"], 200);
     assert!(fs::read(folder.path().join("a.glb")).unwrap().starts_with(b"glTF"));
     let told = json(&run(&folder, &["export", "a.vds", "-o", "a.glb", "--levels", "1,0.25", "--json"]));
     assert_eq!((&told["files"][1]["leaves"], told["files"].as_array().unwrap().len()), (&Value::from(50), 3));
     let lods: Value = serde_json::from_slice(&fs::read(folder.path().join("a_lods.json")).unwrap()).unwrap();
     assert_eq!(lods["levels"][1]["file"], "a_LOD1.glb");
-    assert_has_keys(&lods["levels"][1], &["leaf_triangles", "wood_triangles", "size_px", "wrong_px"]);
+    assert_has_keys(&lods["levels"][1], &["triangles", "wood_triangles", "size_px", "wrong_px"]);
     assert!(run(&folder, &["export", "a.vds", "-o", "a.html"]).status.success());
     assert!(fs::read_to_string(folder.path().join("a.html")).unwrap().starts_with("<!doctype html>"));
     let before = names(&folder);
@@ -610,6 +611,9 @@ fn a_model_is_exported_for_viewers_engines_and_browsers() {
         (&["export", "a.glb", "-o", "a.glb"], "a.glb"),
         (&["export", "a_LOD0.glb", "-o", "a.glb", "--levels", "0.5"], "a_LOD0.glb"),
         (&["export", "a.vds", "-o", "b.glb", "--scale", "0"], "scale"),
+        (&["export", "a.vds", "-o", "b.glb", "--scale", "1e-46"], "scale"),
+        (&["export", "a.vds", "-o", "b.glb", "--up", "z"], "--z-up"),
+        (&["export", "a.vds", "-o", "b.glb", "--preset", "fast"], "--preset"),
         (&["export", "none.vds", "-o", "b.glb"], "none.vds"),
     ] {
         let output = run(&folder, arguments);

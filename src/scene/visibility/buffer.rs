@@ -10,8 +10,9 @@ const COLUMNS: [f64; 2] = [16.0, 512.0];
 pub(super) struct Buffer {
     columns: u32,
     transmittance: Vec<f32>,
-    /// Distance of what is opaque; empty if there is nothing.
+    /// Distance of what is opaque, in so many columns, none if there is nothing.
     opaque: Vec<f32>,
+    opaque_columns: u32,
 }
 
 impl Buffer {
@@ -30,8 +31,10 @@ impl Buffer {
     /// See [`Visibility::set_opaque`](super::Visibility::set_opaque).
     pub(super) fn set_opaque(&mut self, distance: Option<impl FnMut([f32; 2]) -> f32>, aspect: f64) {
         self.opaque.clear();
+        self.opaque_columns = 0;
         let Some(mut distance) = distance else { return };
         let columns = columns(aspect);
+        self.opaque_columns = columns;
         let place = |at: u32, side: u32| (at as f32 + 0.5) / side as f32 * 2.0 - 1.0;
         for row in 0..ROWS {
             self.opaque.extend((0..columns).map(|column| distance([place(column, columns), place(row, ROWS)])));
@@ -47,15 +50,15 @@ impl Buffer {
         distance: f32,
         opacity: f32,
     ) -> Option<[f32; 2]> {
-        let has_opaque = self.opaque.len() == self.transmittance.len();
         let [mut area, mut shown] = [0.0, 0.0];
         for row in covered(y, high, ROWS) {
             let up = (row as f32 + 0.5 - y) / high;
             let across = wide * (1.0 - up * up).max(0.0).sqrt();
             for column in covered(x, across, self.columns) {
-                let at = (row * self.columns + column) as usize;
-                let passed = &mut self.transmittance[at];
-                if !has_opaque || distance < self.opaque[at] {
+                let passed = &mut self.transmittance[(row * self.columns + column) as usize];
+                // The picture may have another shape by now.
+                let opaque = row * self.opaque_columns + column * self.opaque_columns / self.columns;
+                if self.opaque_columns == 0 || distance < self.opaque[opaque as usize] {
                     shown += *passed;
                 }
                 area += 1.0;
@@ -100,6 +103,11 @@ mod tests {
             shown / area
         });
         assert_eq!(shares, [1.0, 0.5]);
+        // A narrower picture has it in the same place.
+        buffer.clear(1.0);
+        let [area, shown] = buffer.draw([0.5 * ROWS as f32, 60.0], [20.0, 20.0], 11.0, 0.0).unwrap();
+        assert!((shown / area - 0.5).abs() < 0.05, "{shown} of {area}");
+        buffer.clear(2.0);
         buffer.set_opaque(None::<fn([f32; 2]) -> f32>, 2.0);
         assert_eq!(buffer.draw(middle, [20.0, 20.0], 11.0, 0.0).map(|[area, shown]| shown / area), Some(1.0));
     }

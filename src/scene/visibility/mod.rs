@@ -8,7 +8,7 @@
 //!
 //! Crowns are translucent: a walker in a forest sees a few trees, and through them parts of others.
 //! So nothing is culled. Each crown is a disc of its model's [opacity](CrownShape::opacity); drawn
-//! from near to far on a picture of a few thousand pixels, what shows of one is the mean
+//! from near to far on a picture of some 30,000 pixels, what shows of one is the mean
 //! transmittance before it, and it takes its share of what passes on. A plant that hardly shows has
 //! a small weight in the budget, and other plants get its leaves.
 //!

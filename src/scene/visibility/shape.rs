@@ -12,11 +12,11 @@ const CELLS: usize = 24;
 /// Share of a masked card that its leaf covers.
 const FILLED: f32 = 0.6;
 
-/// The crown of a model: an ellipsoid with an upright axis.
+/// The crown of a model: an ellipsoid with an upright axis through the middle of the plant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CrownShape {
-    /// Its centre relative to that of the model's bounding sphere, in radii of that sphere.
-    pub center: [f32; 3],
+    /// Height of its centre above that of the model's bounding sphere, in radii of that sphere.
+    pub height: f32,
     /// Half of its width and of its height, in the same unit.
     pub half: [f32; 2],
     /// Share of light from behind that it takes, from 0 to 1, on average over its outline seen from
@@ -32,13 +32,13 @@ impl CrownShape {
         let Sphere { radius, .. } = model.sphere();
         let crown = Aabb::of_points(model.vertices.iter().map(|vertex| vertex.position));
         if model.vertices.is_empty() || radius <= 0.0 {
-            return Self { center: [0.0; 3], half: [0.0; 2], opacity: 0.0 };
+            return Self { height: 0.0, half: [0.0; 2], opacity: 0.0 };
         }
         let size = crown.size();
         let half = [0.25 * (size.x + size.z), 0.5 * size.y].map(|half| f64::from(half).max(1e-6 * radius));
         let views = [0, 2].map(|along| opacity(model, crown.center(), half, along));
         Self {
-            center: ((crown.center() - model.sphere().center()) / radius).as_vec3().to_array(),
+            height: ((crown.center().y - model.sphere().center().y) / radius) as f32,
             half: half.map(|half| (half / radius) as f32),
             opacity: 0.5 * (views[0] + views[1]),
         }

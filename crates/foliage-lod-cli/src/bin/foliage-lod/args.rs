@@ -218,12 +218,12 @@ pub struct Export {
     /// Factor of all lengths.
     #[arg(long, default_value_t = 1.0)]
     pub scale: f64,
-    /// Preset that a tree is simplified with.
-    #[arg(long, value_enum, default_value_t = Preset::Balanced)]
-    pub preset: Preset,
+    /// Preset that a tree is simplified with; balanced by default.
+    #[arg(long, value_enum)]
+    pub preset: Option<Preset>,
     #[command(flatten)]
     pub import: Import,
-    /// Processor that captures the fragments; auto uses a hardware GPU if there is one.
+    /// Processor that captures the fragments of a tree; auto uses a hardware GPU if there is one.
     #[arg(long, value_enum, default_value_t = Raster::Auto)]
     pub raster: Raster,
     /// Print one JSON object instead of a line per step.

@@ -1,7 +1,8 @@
 //! `foliage-lod export`: writes models for other programs.
 
 use crate::{
-    args, curves,
+    args::{self, Preset},
+    curves,
     failure::{Failure, complain},
     models,
     output::{self, Steps},
@@ -12,7 +13,7 @@ use foliage_lod::{
     Error, FoliageModel,
     export::{GlbOptions, Level, page, write_continuous, write_level},
     file,
-    import::{self, Imported},
+    import::{self, ImportOptions, Imported},
     simplify::{GrowBy, SimplifyOptions},
 };
 use indicatif::{DecimalBytes, HumanCount};
@@ -27,7 +28,7 @@ pub fn run(args: &args::Export) -> Result<(), Failure> {
     let tiled = model.tiled_leaves() as u64;
     if tiled > 0 {
         complain(format_args!(
-            "warning: {} leaves repeat their picture when they are enlarged, which glTF cannot say; they show one \
+            "warning: {} leaves repeat their picture once they are enlarged, which glTF cannot say; they show one \
              larger picture instead. Models made with --growth scale look the same everywhere",
             HumanCount(tiled)
         ));
@@ -37,15 +38,15 @@ pub fn run(args: &args::Export) -> Result<(), Failure> {
         steps.done("wood", "in the order in which it loses detail")?;
     }
     let files = if args.levels.is_empty() { vec![continuous(args, &model)?] } else { levels(args, &model)? };
+    if model.growth.tone > 0.0 {
+        steps.done("tone", "left out: enlarged leaves keep their own colours in other programs")?;
+    }
     let mut written = Vec::new();
-    for File { path, bytes, about } in files {
+    for File { path, kind, bytes, about } in files {
         file::write_whole(&path, &bytes)?;
-        let told = about
-            .get("leaves")
-            .and_then(Value::as_u64)
-            .map_or(String::new(), |leaves| format!("{} leaves, ", HumanCount(leaves)));
+        let told = about["leaves"].as_u64().map_or(String::new(), |leaves| format!("{} leaves, ", HumanCount(leaves)));
         steps.done("write", format!("{}: {told}{}", path.display(), DecimalBytes(bytes.len() as u64)))?;
-        let file = json!({ "file": path.display().to_string(), "bytes": bytes.len() });
+        let file = json!({ "path": path.display().to_string(), "kind": kind, "bytes": bytes.len() });
         written.push(output::merged(file, about));
     }
     if args.json {
@@ -57,6 +58,7 @@ pub fn run(args: &args::Export) -> Result<(), Failure> {
 /// A file to write.
 struct File {
     path: PathBuf,
+    kind: &'static str,
     bytes: Vec<u8>,
     about: Value,
 }
@@ -73,7 +75,7 @@ fn model(args: &args::Export, steps: &mut Steps) -> Result<FoliageModel, Failure
     warnings.iter().for_each(|warning| complain(output::warning_line(warning)));
     steps.done("read", format!("{}: {} leaves", plant.name, HumanCount(plant.leaves.len() as u64)))?;
     // Leaves that repeat their picture would show one larger one.
-    let options = SimplifyOptions { grow_by: GrowBy::Scale, ..args.preset.options() };
+    let options = SimplifyOptions { grow_by: GrowBy::Scale, ..args.preset.unwrap_or(Preset::Balanced).options() };
     let (made, rasteriser) = simplified(args.raster, &plant, &options)?;
     steps.done("simplify", format!("on {rasteriser}, {} fragments", HumanCount(made.fragments)))?;
     Ok(made.model)
@@ -85,10 +87,16 @@ fn options(args: &args::Export) -> GlbOptions {
 
 fn continuous(args: &args::Export, model: &FoliageModel) -> Result<File, Failure> {
     let glb = spinning("writing", || write_continuous(model, &options(args)))?;
-    let bytes = if ends_with(&args.output, "html") { page(&glb, &model.name).into_bytes() } else { glb };
-    let about =
-        json!({ "leaves": model.leaves.len(), "max_scale": model.max_scale, "tiled_leaves": model.tiled_leaves() });
-    Ok(File { path: args.output.clone(), bytes, about })
+    let is_page = ends_with(&args.output, "html");
+    let (kind, bytes) = if is_page { ("page", page(&glb, &model.name).into_bytes()) } else { ("continuous", glb) };
+    let triangles = model.indices.len() / 3 + model.wood.triangles();
+    let about = json!({
+        "leaves": model.leaves.len(),
+        "triangles": triangles,
+        "max_scale": model.max_scale,
+        "tiled_leaves": model.tiled_leaves(),
+    });
+    Ok(File { path: args.output.clone(), kind, bytes, about })
 }
 
 /// A file for each level, and one that tells of them.
@@ -112,13 +120,13 @@ fn levels(args: &args::Export, model: &FoliageModel) -> Result<Vec<File>, Failur
         let error_px = error * f64::from(size_px / curve.size_px).powf(f64::from(curve.size_power));
         let about = json!({
             "leaves": level.leaves,
-            "leaf_triangles": level.plant.indices.len() / 3,
+            "triangles": level.plant.indices.len() / 3 + level.plant.wood.triangles(),
             "wood_triangles": level.plant.wood.triangles(),
             "size_px": size_px,
             "screen_coverage": size_px / 1080.0,
             "wrong_px": error_px,
         });
-        files.push(File { path, bytes, about });
+        files.push(File { path, kind: "level", bytes, about });
     }
     let told: Vec<Value> = files
         .iter()
@@ -128,7 +136,7 @@ fn levels(args: &args::Export, model: &FoliageModel) -> Result<Vec<File>, Failur
         })
         .collect();
     let text = serde_json::to_string_pretty(&json!({ "model": model.name, "levels": told })).unwrap_or_default();
-    files.push(File { path: told_in, bytes: text.into_bytes(), about: json!({}) });
+    files.push(File { path: told_in, kind: "levels", bytes: text.into_bytes(), about: json!({}) });
     Ok(files)
 }
 
@@ -153,6 +161,10 @@ fn check_output(args: &args::Export) -> Result<(), Error> {
     for path in outputs(args) {
         file::check_writable(&path)?;
         file::check_apart(&path, [&args.input])?;
+    }
+    if ends_with(&args.input, "vds") && (args.preset.is_some() || args.import.options() != ImportOptions::default()) {
+        let allowed = "a tree file with --preset and the options of the import; of a model, --z-up turns the output";
+        return Err(Error::invalid("the input", format!("{:?}", args.input.display().to_string()), allowed));
     }
     let is_page = ends_with(output, "html") && args.levels.is_empty();
     if !is_page && !ends_with(output, "glb") {
