@@ -67,6 +67,32 @@ pub struct Camera {
     pub depth: Depth,
 }
 
+/// Numbers of a camera from which sizes on screen follow.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NearScale {
+    pixels_per_unit: f64,
+    w_slope: f64,
+    near_w: f64,
+    w_row: DVec4,
+}
+
+impl NearScale {
+    pub(crate) fn new(camera: &Camera) -> Self {
+        Self {
+            pixels_per_unit: camera.pixels_per_unit(),
+            w_slope: camera.w_slope(),
+            near_w: camera.near_w(),
+            w_row: camera.row(3),
+        }
+    }
+
+    /// Number of pixels covered by a length of 1 where a sphere is nearest to the camera.
+    pub(crate) fn at(&self, center: DVec3, radius: f64) -> f64 {
+        let w = self.w_row.dot(center.extend(1.0));
+        self.pixels_per_unit / (w - radius * self.w_slope).max(self.near_w)
+    }
+}
+
 impl Camera {
     /// Checks that `depth` is the convention of the matrix. A non-finite matrix passes: nothing is
     /// drawn with it.

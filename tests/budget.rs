@@ -14,6 +14,9 @@ mod oracle;
 mod pace;
 #[path = "budget/steady.rs"]
 mod steady;
+#[cfg(feature = "simplify")]
+#[path = "budget/triangles.rs"]
+mod triangles;
 #[cfg(all(feature = "simplify", feature = "software"))]
 #[path = "budget/visibility.rs"]
 mod visibility;

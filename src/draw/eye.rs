@@ -9,7 +9,7 @@ use super::{
     look::Look,
     records::{FrameRecord, InstanceRecord, NO_SCALES},
 };
-use crate::{Camera, bounds::largest_scale, model::Transition};
+use crate::{Camera, bounds::largest_scale, camera::NearScale, model::Transition};
 use glam::{DAffine3, DMat4, DVec2, DVec3, Mat4, Vec2, Vec3};
 
 /// Camera of a frame list: the frame's own camera or the sun's.
@@ -20,7 +20,7 @@ pub struct Eye {
     camera: Camera,
     /// Half of the picture's width and height.
     half_size_px: Vec2,
-    scale: Scale,
+    scale: NearScale,
     now: Anchored,
     pub(super) seconds: f64,
     /// Jitter of the picture, in clip space.
@@ -42,7 +42,7 @@ impl Eye {
             at: camera.eye,
             camera,
             half_size_px: Vec2::new(camera.aspect() as f32, 1.0) * (0.5 * camera.height_px as f32),
-            scale: Scale::new(&jittered),
+            scale: NearScale::new(&jittered),
             now: Anchored::new(&jittered),
             seconds: frame.seconds,
             jitter,
@@ -116,9 +116,7 @@ impl Eye {
     /// camera, of which nothing is drawn farther than `reach` from `center`.
     pub(crate) fn pixels_per_unit(&self, center: DVec3, reach: f32, world_from_plant: &DAffine3) -> f64 {
         let scale = largest_scale(world_from_plant);
-        let w = self.scale.w(world_from_plant.transform_point3(center));
-        let nearest = (w - f64::from(reach) * scale * self.scale.w_slope).max(self.scale.near_w);
-        scale * self.scale.pixels_per_unit / nearest
+        scale * self.scale.at(world_from_plant.transform_point3(center), f64::from(reach) * scale)
     }
 }
 
@@ -157,30 +155,6 @@ impl Place {
             drawn: transition.drawn(),
             wood_error,
         }
-    }
-}
-
-/// Numbers of a camera from which sizes on screen follow.
-#[derive(Debug, Clone, Copy)]
-struct Scale {
-    pixels_per_unit: f64,
-    w_slope: f64,
-    near_w: f64,
-    w_row: glam::DVec4,
-}
-
-impl Scale {
-    fn new(camera: &Camera) -> Self {
-        Self {
-            pixels_per_unit: camera.pixels_per_unit(),
-            w_slope: camera.w_slope(),
-            near_w: camera.near_w(),
-            w_row: camera.clip_from_world.row(3),
-        }
-    }
-
-    fn w(&self, point: DVec3) -> f64 {
-        self.w_row.dot(point.extend(1.0))
     }
 }
 

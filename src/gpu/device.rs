@@ -3,7 +3,10 @@
 //! Any adapter is suitable, including software ones. A device failure does not panic here or in the
 //! passes: the first failure is recorded, and [`GpuDevice::check`] returns it as an [`Error::Gpu`].
 
-use super::guard::{self, guarded};
+use super::{
+    guard::{self, guarded},
+    timer::FrameTimer,
+};
 use crate::{Error, Result, draw::records::bindings};
 use std::{
     sync::{Arc, Mutex, PoisonError},
@@ -40,7 +43,8 @@ pub struct GpuDevice {
 }
 
 impl GpuDevice {
-    /// Opens an adapter with its full limits, and with wireframe drawing if it supports that.
+    /// Opens an adapter with its full limits, and with wireframe drawing and [timestamps](FrameTimer)
+    /// if it supports them.
     ///
     /// # Errors
     /// [`Error::Gpu`] if no driver or no matching adapter is found, or if the adapter cannot be
@@ -74,7 +78,7 @@ impl GpuDevice {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("foliage-lod"),
             required_limits: adapter.limits(),
-            required_features: adapter.features() & wgpu::Features::POLYGON_MODE_LINE,
+            required_features: adapter.features() & (wgpu::Features::POLYGON_MODE_LINE | FrameTimer::FEATURES),
             ..Default::default()
         };
         let (device, queue) = adapter.request_device(&descriptor).await.map_err(|error| {

@@ -28,6 +28,7 @@ mod renderer;
 mod shadow_map;
 mod shadow_pass;
 mod texture_layers;
+mod timer;
 
 pub use backdrop_pass::Backdrop;
 #[cfg(feature = "simplify")]
@@ -38,3 +39,4 @@ pub use guard::{guarded, is_guarding};
 pub use offscreen::{MOTION, Offscreen, TARGET, texture};
 pub use pipeline::TargetFormat;
 pub use renderer::FoliageRenderer;
+pub use timer::FrameTimer;

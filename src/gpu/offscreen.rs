@@ -6,6 +6,7 @@ use super::{
     device::{GpuDevice, LONGEST_WAIT, one_line},
     pipeline::TargetFormat,
     renderer::FoliageRenderer,
+    timer::FrameTimer,
 };
 use crate::{Error, Result, software::Image};
 
@@ -91,6 +92,20 @@ impl Offscreen {
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
         self.encode(&mut encoder, foliage, true);
         self.gpu.wait(self.gpu.submit([encoder.finish()])?, LONGEST_WAIT)
+    }
+
+    /// Same as [`draw`](Self::draw), with the frame timed under this number.
+    ///
+    /// # Errors
+    /// Same as [`draw`](Self::draw).
+    pub fn draw_timed(&self, foliage: &FoliageRenderer, timer: &mut FrameTimer, frame: u64) -> Result<()> {
+        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        timer.begin(frame, &mut encoder);
+        self.encode(&mut encoder, foliage, true);
+        timer.end(&mut encoder);
+        let submission = self.gpu.submit([encoder.finish()])?;
+        timer.submitted();
+        self.gpu.wait(submission, LONGEST_WAIT)
     }
 
     /// Draws the frame prepared by `foliage` in front of the backdrop, and reads it back.

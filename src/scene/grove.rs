@@ -14,6 +14,7 @@ use super::{
 use crate::{
     Camera, Error, Result,
     bounds::{Sphere, largest_scale},
+    camera::NearScale,
     extract::{Blend, Hysteresis, LodPolicy, fewest_leaves, sight::SeenBy},
     frustum::{ALL_PLANES, Crossed, Frustum},
     model::FoliageModel,
@@ -221,11 +222,11 @@ impl Grove {
 
     /// Selected plants as a budget knows them.
     fn in_view<'a>(&'a self, camera: &Camera, selected: &'a [Active]) -> impl Iterator<Item = InView> + use<'a> {
-        let seen_by = SeenBy::new(camera);
+        let (seen_by, scale) = (SeenBy::new(camera), NearScale::new(camera));
         selected.iter().map(move |active| {
             let Plant { kind, center, radius, .. } = self.plants[active.instance as usize];
-            let sight = seen_by.sight(center, radius);
-            InView { instance: active.instance, kind, center, radius, sight }
+            let (sight, pixels_per_unit) = (seen_by.sight(center, radius), scale.at(center, radius));
+            InView { instance: active.instance, kind, center, radius, pixels_per_unit, sight }
         })
     }
 

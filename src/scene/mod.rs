@@ -9,6 +9,7 @@
 pub mod budget;
 mod camera;
 mod check;
+mod cost;
 mod file;
 mod footing;
 mod ground;
@@ -26,6 +27,6 @@ pub use footing::Footing;
 pub use ground::GroundEntry;
 pub use grove::{Active, Grove, Kind, Placement};
 pub use lod::{Lod, Policy};
-pub use portions::{BudgetEntry, Portions};
+pub use portions::{Amount, BudgetEntry, Portions};
 pub use scatter::{Scatter, Spot};
 pub use shared::SharedBudget;

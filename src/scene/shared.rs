@@ -1,7 +1,8 @@
 //! A budget that all plants of a grove in view share.
 
 use super::{
-    budget::{Item, Rule, Spent, Splitter},
+    budget::{Item, Load, Rule, Spent, Splitter},
+    cost::{IMPOSTOR, Triangles},
     visibility::{Crown, CrownShape, Visibility},
 };
 use crate::{
@@ -23,6 +24,8 @@ pub(super) struct InView {
     pub(super) kind: u32,
     pub(super) center: DVec3,
     pub(super) radius: f64,
+    /// Pixels covered by a length of 1 where it is nearest.
+    pub(super) pixels_per_unit: f64,
     pub(super) sight: Sight,
 }
 
@@ -39,17 +42,23 @@ struct Hidden {
     times_left_out: u32,
 }
 
-/// A budget of leaves, for [`Grove::select_within`](super::Grove::select_within).
+/// A budget, for [`Grove::select_within`](super::Grove::select_within).
 pub struct SharedBudget {
-    /// Number of leaves for all plants in view.
-    pub leaves: f64,
+    /// Number of leaves for all plants in view, or of [triangles](Self::with_triangles). For a time,
+    /// set it each frame to the leaves of a [`Pace`](super::budget::Pace).
+    pub amount: f64,
     /// When plants are handed over to impostors: those of which no leaf shows take nothing. `None`
     /// if there are no impostors.
     pub far: Option<Far>,
-    /// What it takes to draw a leaf, in seconds: with it, visibility is left out for a while where
-    /// estimating it takes longer than the leaves it is for would. `None` never leaves it out.
-    pub seconds_per_leaf: Option<f64>,
+    /// What it takes to draw a leaf, or a triangle, in seconds: with it, visibility is left out for
+    /// a while where estimating it takes longer than what it is for would. `None` never leaves it
+    /// out.
+    pub unit_seconds: Option<f64>,
     hidden: Option<Hidden>,
+    /// Triangles of the kinds, and pixels that wood may be off, if triangles are counted.
+    triangles: Option<(Vec<Triangles>, f32)>,
+    /// Pixels that impostors cover.
+    impostor_px: f64,
     curves: Vec<ErrorCurve>,
     splitter: Splitter,
     items: Vec<Item>,
@@ -59,11 +68,41 @@ pub struct SharedBudget {
 impl SharedBudget {
     /// A budget for a grove whose kinds are of these models, in their order. Models without an
     /// error curve are split by their recorded errors.
-    pub fn new(models: &[FoliageModel], rule: Rule, leaves: f64) -> Self {
+    pub fn new(models: &[FoliageModel], rule: Rule, amount: f64) -> Self {
         let curves: Vec<ErrorCurve> = models.iter().map(ErrorCurve::of).collect();
         let splitter = Splitter::new(&curves, rule);
-        let (items, counts) = (Vec::new(), Vec::new());
-        Self { leaves, far: None, seconds_per_leaf: None, hidden: None, curves, splitter, items, counts }
+        Self {
+            amount,
+            far: None,
+            unit_seconds: None,
+            hidden: None,
+            triangles: None,
+            impostor_px: 0.0,
+            curves,
+            splitter,
+            items: Vec::new(),
+            counts: Vec::new(),
+        }
+    }
+
+    /// With an amount that counts triangles: of leaves by their model's mean, of wood that may be
+    /// `wood_error_px` off (see [`Look`](crate::Look)), and two of an impostor. The models are those
+    /// that the budget is for. O(triangles log triangles).
+    pub fn with_triangles(self, models: &[FoliageModel], wood_error_px: f32) -> Self {
+        let of_models = models.iter().map(Triangles::new).collect();
+        Self { triangles: Some((of_models, wood_error_px)), ..self }
+    }
+
+    /// What a frame draws of the plants that the budget was split among last, and so many triangles
+    /// of wood: for a [`Pace`](super::budget::Pace).
+    pub fn load(&self, wood_triangles: u64) -> Load {
+        let of_leaves = self.items.iter().zip(&self.counts).filter(|(item, _)| item.ceiling > 0.0);
+        Load {
+            leaves: of_leaves.map(|(_, &count)| f64::from(count)).sum(),
+            wood_triangles: wood_triangles as f64,
+            impostor_px: self.impostor_px,
+            plants: self.items.len() as f64,
+        }
     }
 
     /// With errors weighted by what [shows](super::visibility) of each plant behind others. The
@@ -98,14 +137,14 @@ impl SharedBudget {
 
     /// Estimates what shows of the plants in view, if that is asked for.
     pub(super) fn look(&mut self, camera: &Camera, plants: impl Iterator<Item = InView>, seconds: Option<f64>) {
-        let (leaves, seconds_per_leaf) = (self.leaves, self.seconds_per_leaf);
+        let (amount, unit_seconds) = (self.amount, self.unit_seconds);
         let Some(hidden) = &mut self.hidden else { return };
         hidden.left_out = hidden.left_out.saturating_sub(1);
         if hidden.left_out > 0 {
             return;
         }
         let Hidden { visibility, shapes, .. } = hidden;
-        let started = seconds_per_leaf.map(|_| Instant::now());
+        let started = unit_seconds.map(|_| Instant::now());
         let crown = |plant: InView| {
             let CrownShape { height, half, opacity } = *shapes.get(plant.kind as usize)?;
             let center = plant.center + DVec3::Y * (f64::from(height) * plant.radius);
@@ -120,8 +159,8 @@ impl SharedBudget {
         let Some(started) = started.filter(|_| seconds.is_some()) else { return };
         hidden.seconds += started.elapsed().as_secs_f64();
         hidden.frames += 1;
-        if let Some(seconds_per_leaf) = seconds_per_leaf.filter(|_| hidden.frames == JUDGED) {
-            let saved = leaves * f64::from(1.0 - hidden.visibility.estimate().shown) * seconds_per_leaf;
+        if let Some(unit_seconds) = unit_seconds.filter(|_| hidden.frames == JUDGED) {
+            let saved = amount * f64::from(1.0 - hidden.visibility.estimate().shown) * unit_seconds;
             if hidden.seconds > saved * f64::from(JUDGED) {
                 hidden.left_out = LEFT_OUT;
                 hidden.times_left_out += 1;
@@ -135,24 +174,35 @@ impl SharedBudget {
 
     /// Replaces the plants.
     pub(super) fn fill(&mut self, plants: impl Iterator<Item = InView>) {
-        let Self { curves, items, far, hidden, .. } = self;
+        let Self { curves, items, far, hidden, triangles, impostor_px, .. } = self;
         let visibility = hidden.as_ref().map(|hidden| &hidden.visibility);
         items.clear();
+        *impostor_px = 0.0;
         let leafless = ErrorCurve::hull(1.0, 2.0, [(0, 0.0)]);
-        items.extend(plants.map(|InView { instance, kind, sight, .. }| {
+        items.extend(plants.map(|InView { instance, kind, radius, pixels_per_unit, sight, .. }| {
             let item = Item::seen(kind, curves.get(kind as usize).unwrap_or(&leafless), &sight);
             let item = Item { weight: visibility.map_or(1.0, |shown| shown.weight(instance)), ..item };
-            let is_far = far.is_some_and(|far| far.share(2.0 * sight.radius_px(), instance) >= 1.0);
-            if is_far { Item { ceiling: 0.0, ..item } } else { item }
+            let diameter_px = 2.0 * sight.radius_px();
+            let share = far.map_or(0.0, |far| far.share(diameter_px, instance));
+            if share > 0.0 {
+                *impostor_px += f64::from(diameter_px).powi(2);
+            }
+            let counted = triangles.as_ref().and_then(|(of, error_px)| Some((of.get(kind as usize)?, *error_px)));
+            let [unit_cost, fixed_cost] = counted.map_or([1.0, 0.0], |(of, error_px)| {
+                let wood = if share < 1.0 { of.wood(f64::from(error_px) / (pixels_per_unit * radius)) } else { 0.0 };
+                [of.leaf, wood + if share > 0.0 { IMPOSTOR } else { 0.0 }]
+            });
+            let ceiling = if share >= 1.0 { 0.0 } else { item.ceiling };
+            Item { ceiling, unit_cost, fixed_cost, ..item }
         }));
     }
 
     /// Splits the budget, after `seconds`, or anew.
     pub(super) fn split(&mut self, seconds: Option<f64>) -> Spent {
-        let Self { splitter, items, counts, leaves, .. } = self;
+        let Self { splitter, items, counts, amount, .. } = self;
         match seconds {
-            Some(seconds) => splitter.follow(items, *leaves, seconds, counts),
-            None => splitter.split(items, *leaves, counts),
+            Some(seconds) => splitter.follow(items, *amount, seconds, counts),
+            None => splitter.split(items, *amount, counts),
         }
     }
 

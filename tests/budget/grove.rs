@@ -6,7 +6,7 @@ use foliage_lod::{
     bounds::Sphere,
     extract::{Blend, Far},
     scene::{
-        Active, BudgetEntry, Kind, Placement, Portions, SceneFile, SharedBudget,
+        Active, Amount, BudgetEntry, Kind, Placement, Portions, SceneFile, SharedBudget,
         budget::{Exponent, Rule},
     },
 };
@@ -78,7 +78,9 @@ fn scene_files_have_budgets_and_wrong_ones_are_refused() {
     };
     assert_eq!(read("").unwrap().budget, None);
     let entry = |text: &str| read(text).unwrap().budget.unwrap();
-    assert_eq!(entry("[budget]\nleaves = 5e5"), BudgetEntry::of_leaves(5e5));
+    assert_eq!(entry("[budget]\nleaves = 5e5"), BudgetEntry::of(Amount::Leaves(5e5)));
+    assert_eq!(entry("[budget]\ntriangles = 9"), BudgetEntry::of(Amount::Triangles(9.0)));
+    assert_eq!(entry("[budget]\nms = 16.7").amount, Amount::Ms(16.7));
     assert_eq!(entry("[budget]\nleaves = 9\nexponent = 1").rule(1080.0, 1.0), Rule::LeastError(Exponent::SUM));
     for (name, rule) in [("equal", Portions::Equal), ("cook", Portions::Cook), ("gomez", Portions::Gomez)] {
         assert_eq!(entry(&format!("[budget]\nleaves = 9\nrule = {name:?}")).rule, rule);
@@ -88,7 +90,11 @@ fn scene_files_have_budgets_and_wrong_ones_are_refused() {
         ("leaves = -1", "budget.leaves is -1"),
         ("leaves = 9\nrule = \"cook\"\nvisibility = true", "only the rules error and equal"),
         ("leaves = nan", "budget.leaves is NaN"),
-        ("rule = \"cook\"", "leaves"),
+        ("rule = \"cook\"", "one of the keys `leaves`, `triangles` and `ms`"),
+        ("leaves = 9\nms = 5", "one of the keys `leaves`, `triangles` and `ms`"),
+        ("triangles = -1", "budget.triangles is -1"),
+        ("ms = 0", "budget.ms is 0"),
+        ("seconds = 1", "seconds"),
         ("leaves = 9\nexponent = 0.5", "budget.exponent is 0.5"),
         ("leaves = 9\nrule = \"cook\"\nexponent = 2", "only the rule error"),
         ("leaves = 9\nrule = \"best\"", "best"),

@@ -295,9 +295,9 @@ fn a_camera_that_stands_still_changes_no_count() {
 fn visibility_is_left_out_where_it_costs_more_than_it_saves() {
     let (mut grove, camera) = wood();
     let mut seen = Vec::new();
-    for (seconds_per_leaf, times) in [(0.0, 1), (1.0, 0)] {
+    for (unit_seconds, times) in [(0.0, 1), (1.0, 0)] {
         let mut budget = SharedBudget::new(&models(), Rule::default(), 60_000.0).with_visibility(&models());
-        budget.seconds_per_leaf = Some(seconds_per_leaf);
+        budget.unit_seconds = Some(unit_seconds);
         let mut last = 1.0;
         for frame in 0..700 {
             grove.select_within(&camera, &mut budget, Some(1.0 / 60.0), &mut seen);

@@ -13,7 +13,7 @@ use egui_winit::winit::{
 };
 use foliage_lod::{
     Error, FoliageRenderer, Result,
-    gpu::{self, Backdrop, GpuDevice, TARGET, TargetFormat, guarded, one_line},
+    gpu::{self, Backdrop, FrameTimer, GpuDevice, TARGET, TargetFormat, guarded, one_line},
 };
 use std::{
     sync::Arc,
@@ -29,6 +29,15 @@ const PIXELS_PER_LINE: f64 = 40.0;
 
 /// Maximum wait for one frame.
 const LONGEST_FRAME: Duration = Duration::from_secs(60);
+
+/// Times of a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameTimes {
+    /// From its preparation until the GPU has drawn it.
+    pub whole: Duration,
+    /// In milliseconds, what the GPU took for the plants and what is before them, if it tells.
+    pub gpu_ms: Option<f64>,
+}
 
 /// Content of a window.
 pub trait Stage {
@@ -51,9 +60,8 @@ pub trait Stage {
     /// The prepared renderer.
     fn foliage(&self) -> &FoliageRenderer;
 
-    /// Called when the frame is done, with the time from its preparation until the GPU has drawn
-    /// it.
-    fn drawn(&mut self, _: Duration) {}
+    /// Called when the frame is done, with its times.
+    fn drawn(&mut self, _: FrameTimes) {}
 }
 
 /// Creates the stage once there is a device.
@@ -130,6 +138,7 @@ struct Shown<S> {
     backdrop: Backdrop,
     panel: Panel,
     pointer: Pointer,
+    timer: Option<FrameTimer>,
     stage: S,
 }
 
@@ -173,7 +182,8 @@ impl<S: Stage> Shown<S> {
         let attachments = attachments(gpu.device(), &config);
         let backdrop = Backdrop::new(gpu.device(), target);
         window.request_redraw();
-        Ok(Self { window, gpu, surface, config, attachments, backdrop, panel, pointer: Pointer::default(), stage })
+        let (timer, pointer) = (FrameTimer::new(gpu.device(), gpu.queue()), Pointer::default());
+        Ok(Self { window, gpu, surface, config, attachments, backdrop, panel, pointer, timer, stage })
     }
 
     /// Handles one event. Returns false once the window is closed.
@@ -229,16 +239,21 @@ impl<S: Stage> Shown<S> {
         self.stage.prepare(&self.gpu, size)?;
         let view = texture.texture.create_view(&Default::default());
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+        self.timer.iter_mut().for_each(|timer| timer.begin(0, &mut encoder));
         self.stage.foliage().render_before(&mut encoder);
         {
             let mut pass = plant_pass(&mut encoder, &self.attachments, &view, self.stage.foliage().depth_clear_value());
             self.backdrop.render(&mut pass);
             self.stage.foliage().render(&mut pass);
         }
+        self.timer.iter_mut().for_each(|timer| timer.end(&mut encoder));
         self.panel.draw(&self.gpu, &mut encoder, &view, size, &filled);
+        let submission = self.gpu.submit([encoder.finish()])?;
+        self.timer.iter_mut().for_each(FrameTimer::submitted);
         // Waits for the frame, so that each one can be timed.
-        self.gpu.wait(self.gpu.submit([encoder.finish()])?, LONGEST_FRAME)?;
-        self.stage.drawn(started.elapsed());
+        self.gpu.wait(submission, LONGEST_FRAME)?;
+        let gpu_ms = self.timer.as_mut().and_then(|timer| Some(timer.read().last()?.1));
+        self.stage.drawn(FrameTimes { whole: started.elapsed(), gpu_ms });
         self.window.pre_present_notify();
         self.gpu.queue().present(texture);
         if filled.wants_redraw {

@@ -5,6 +5,7 @@
 //!       -> offline::measure (preset, resolution, criterion) -> OfflineRow ->
 //! ```
 
+mod budget_section;
 mod crossed;
 pub mod dolly;
 pub mod far;
@@ -25,5 +26,6 @@ pub mod study;
 pub mod wood;
 mod wood_section;
 
+pub use budget_section::BudgetRow;
 pub use method::{Method, Toned};
 pub use study::{Study, StudyOptions};

@@ -3,6 +3,7 @@
 //! Limits: the script only sorts tables; without it the page is still complete.
 
 use super::{
+    budget_section::{BudgetRow, budget_section},
     far::{FarRow, Seen},
     impostor_section::impostor_section,
     impostors::SmallRow,
@@ -50,6 +51,10 @@ pub struct SceneReport {
     pub plants: usize,
     /// Cost of each case.
     pub costs: Vec<Cost>,
+    /// Each rule of a budget; empty if they were not asked for.
+    pub budgets: Vec<BudgetRow>,
+    /// What its models take on the GPU.
+    pub gpu_bytes: u64,
 }
 
 const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:1500px;padding:0 1rem;color:#222}
@@ -203,7 +208,7 @@ fn scene_section(page: &mut String, scene: &SceneReport) -> Result<()> {
             write!(page, "<figure>{}<figcaption>{}</figcaption></figure>", embedded(shown)?, escaped(caption.trim()));
     }
     page.push_str("</div>");
-    Ok(())
+    budget_section(page, &scene.budgets, scene.gpu_bytes)
 }
 
 /// Whether each row is on the Pareto front of cost and RMSE. The cost is the frame time, or the

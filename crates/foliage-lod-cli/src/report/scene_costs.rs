@@ -32,6 +32,8 @@ pub struct Seen {
     pub world_from_plant: DAffine3,
     /// Active count.
     pub active: f32,
+    /// Least share of the plant that its impostor takes; `None` for leaves at any size.
+    pub far: Option<f32>,
     /// Tells plants apart.
     pub seed: u32,
     /// Factor of its lit colour.
@@ -66,6 +68,8 @@ pub struct Case {
     pub look: Look,
     /// Whether plants are drawn at their level of detail; otherwise with every leaf.
     pub has_lod: bool,
+    /// Whether small plants are drawn as impostors.
+    pub has_far: bool,
     /// Whether motion vectors are rendered; they replace the picture.
     pub has_motion: bool,
 }
@@ -93,7 +97,8 @@ pub struct Cost {
 }
 
 /// The cases: no effects with every leaf; no effects at the level of detail; each enabled effect
-/// alone; all of them, if there are several; and motion vectors.
+/// alone; all of them, if there are several; and motion vectors. With impostors, also without them
+/// and without effects, and with all of these.
 pub fn cases(look: &Look) -> Vec<Case> {
     let with = |effects: Effects| Look { effects, ..*look };
     let (none, on) = (Effects::default(), look.effects);
@@ -101,12 +106,20 @@ pub fn cases(look: &Look) -> Vec<Case> {
         name: name.into(),
         look: with(effects),
         has_lod: true,
+        has_far: look.far.is_some(),
         has_motion: false,
     };
     let mut cases = vec![Case { has_lod: false, ..case("every leaf, no effects", none) }, case("no effects", none)];
     cases.extend(on.each().map(|(name, alone)| case(name, alone)));
-    if cases.len() > 3 {
+    let has_several = cases.len() > 3;
+    if has_several {
         cases.push(case("all effects", on));
+    }
+    if look.far.is_some() {
+        cases.push(Case { has_far: false, ..case("no effects, no impostors", none) });
+        if has_several {
+            cases.push(Case { has_far: false, ..case("all effects, no impostors", on) });
+        }
     }
     cases.push(Case { has_motion: true, ..case("motion vectors", none) });
     cases
@@ -195,7 +208,8 @@ impl<'a> Drawer<'a> {
     }
 
     fn prepare(&mut self, gpu: &GpuDevice, shot: &Shot) -> Result<foliage_lod::draw::Prepared> {
-        let instance = |&Seen { model, world_from_plant, active, seed, tint }: &Seen| Instance {
+        let instance = |&Seen { model, world_from_plant, active, far, seed, tint }: &Seen| Instance {
+            far: far.filter(|_| self.case.has_far),
             seed,
             tint,
             ..Instance::new(self.ids[model], world_from_plant, active)

@@ -55,6 +55,7 @@ pub fn succeeds(output: &Output) {
 }
 
 /// Names of the entries in `folder`, sorted.
+#[allow(dead_code)]
 pub fn names(folder: &TempDir) -> Vec<String> {
     let entries = fs::read_dir(folder.path()).unwrap();
     let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();

@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand};
 use foliage_lod::{
     effects::FadeBy,
     import::{Group, ImportOptions, Up, VertexColors},
+    scene::{Amount, BudgetEntry},
     simplify::{Compensate, Criterion, GrowBy, SimplifyOptions},
     software::{BakeOptions, MAX_IMAGE_SIDE},
     stochastic::AreaRule,
@@ -96,10 +97,14 @@ pub struct Report {
     /// width of its stems and, if the command was built with it, by meshoptimizer.
     #[arg(long, conflicts_with = "paper")]
     pub wood: bool,
+    /// Also compare the rules of a scene's budget along its camera path: frame times and errors at
+    /// 3 and 10 % of the leaves in view.
+    #[arg(long, conflicts_with = "paper")]
+    pub budgets: bool,
     /// Folder to write into; created if it does not exist.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Frame width and height in pixels, with --paper.
+    /// Width and height in pixels of the frames of --paper and of scenes.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "640x360")]
     pub size: [u32; 2],
     /// Number of leaves of each grown tree, for a quicker run; by default the species' own number.
@@ -355,10 +360,11 @@ pub struct Render {
     /// Error in pixels that the wood is drawn at; 0 draws all of it. By default 0.5.
     #[arg(long, value_name = "PX")]
     pub wood_error: Option<f32>,
-    /// Draw so many leaves in all, split among the plants of a scene so that the error that shows
-    /// is least, or by the rule of its `[budget]`.
-    #[arg(long, value_name = "leaves=N", value_parser = leaves)]
-    pub budget: Option<f64>,
+    /// Draw so many leaves or triangles in all, or what a frame of so many milliseconds has room
+    /// for, split among the plants of a scene so that the error that shows is least, or by the rule
+    /// of its `[budget]`.
+    #[arg(long, value_name = "leaves=N|triangles=N|ms=X", value_parser = amount)]
+    pub budget: Option<Amount>,
     /// Rule for enlarging the leaves of a stochastic picture.
     #[arg(long, value_parser = variant::<AreaRule>(), default_value_t)]
     pub area: AreaRule,
@@ -513,7 +519,15 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 /// Parses the amount of a budget.
-fn leaves(text: &str) -> Result<f64, String> {
-    let number = text.strip_prefix("leaves=").and_then(|number| number.parse::<f64>().ok());
-    number.filter(|leaves| (0.0..=1e12).contains(leaves)).ok_or_else(|| "leaves=N, such as leaves=500000".into())
+fn amount(text: &str) -> Result<Amount, String> {
+    let allowed = "leaves=N, triangles=N or ms=X, such as leaves=500000";
+    let (unit, number) = text.split_once('=').ok_or(allowed)?;
+    let number: f64 = number.parse().map_err(|_| allowed)?;
+    let amount = match unit {
+        "leaves" => Amount::Leaves(number),
+        "triangles" => Amount::Triangles(number),
+        "ms" => Amount::Ms(number),
+        _ => return Err(allowed.into()),
+    };
+    BudgetEntry::of(amount).check().map(|()| amount).map_err(|error| error.to_string())
 }

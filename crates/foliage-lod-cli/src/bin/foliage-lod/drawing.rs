@@ -9,7 +9,7 @@ use crate::{
 use foliage_lod::{
     FoliageRenderer, Frame, Instance, Result,
     draw::{ModelId, Prepared},
-    gpu::{GpuDevice, Offscreen, TARGET, guarded},
+    gpu::{FrameTimer, GpuDevice, Offscreen, TARGET, guarded},
     software::{Drawing as Software, Image, LiveImpostors, SoftwareRenderer},
 };
 
@@ -58,17 +58,68 @@ fn on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawi
 }
 
 fn draw_on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
-    let target = Offscreen::new(&gpu, size)?;
-    let (device, queue) = (gpu.device(), gpu.queue());
-    let mut foliage = FoliageRenderer::new(device, TARGET, staging.look)?.with_live_impostors(LIVE)?;
-    foliage.set_terrain(device, queue, staging.terrain.clone())?;
-    let added = staging.models.iter().map(|model| foliage.add_model(device, queue, model));
-    let ids = added.collect::<Result<Vec<_>>>()?;
-    let [seen, casters] = [&staging.plants, &staging.casters].map(|plants| instances(&ids, plants));
-    let frames_made = foliage.warm(device, queue, frame(staging), &seen, &casters)?;
-    let prepared = foliage.prepare_with_casters(device, queue, frame(staging), &seen, &casters)?;
-    let image = target.picture(&foliage)?;
-    Ok(Drawing { image, prepared, frames_made, adapter: Some(gpu.adapter_name()) })
+    let adapter = Some(gpu.adapter_name());
+    let mut drawer = Drawer::new(gpu, staging, size)?;
+    let prepared = drawer.prepare(staging)?;
+    let image = drawer.picture()?;
+    Ok(Drawing { image, prepared, frames_made: drawer.frames_made, adapter })
+}
+
+/// Draws frames of one scene on the GPU.
+pub struct Drawer {
+    gpu: GpuDevice,
+    target: Offscreen,
+    foliage: FoliageRenderer,
+    ids: Vec<ModelId>,
+    /// Number of frames of impostors that were made for the first picture.
+    frames_made: u32,
+}
+
+impl Drawer {
+    /// Uploads the models, and makes the impostors that a picture needs.
+    ///
+    /// # Errors
+    /// GPU errors.
+    pub fn new(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Self> {
+        let target = Offscreen::new(&gpu, size)?;
+        let (device, queue) = (gpu.device(), gpu.queue());
+        let mut foliage = FoliageRenderer::new(device, TARGET, staging.look)?.with_live_impostors(LIVE)?;
+        foliage.set_terrain(device, queue, staging.terrain.clone())?;
+        let added = staging.models.iter().map(|model| foliage.add_model(device, queue, model));
+        let ids = added.collect::<Result<Vec<_>>>()?;
+        let [seen, casters] = [&staging.plants, &staging.casters].map(|plants| instances(&ids, plants));
+        let frames_made = foliage.warm(device, queue, frame(staging), &seen, &casters)?;
+        Ok(Self { gpu, target, foliage, ids, frames_made })
+    }
+
+    /// Prepares a picture.
+    ///
+    /// # Errors
+    /// GPU errors.
+    pub fn prepare(&mut self, staging: &Staging<'_>) -> Result<Prepared> {
+        let [seen, casters] = [&staging.plants, &staging.casters].map(|plants| instances(&self.ids, plants));
+        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+        self.foliage.prepare_with_casters(device, queue, frame(staging), &seen, &casters)
+    }
+
+    /// Draws the prepared picture.
+    ///
+    /// # Errors
+    /// GPU errors.
+    pub fn picture(&self) -> Result<Image> {
+        self.target.picture(&self.foliage)
+    }
+
+    /// Draws the prepared picture without reading it back, timed under a number.
+    ///
+    /// # Errors
+    /// GPU errors.
+    pub fn draw(&self, timer: Option<&mut FrameTimer>, number: u64) -> Result<()> {
+        match timer {
+            Some(timer) => self.target.draw_timed(&self.foliage, timer, number),
+            None => self.target.draw(&self.foliage),
+        }
+    }
 }
 
 fn on_cpu(staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {

@@ -5,6 +5,9 @@
 
 mod args;
 mod baking;
+#[cfg(feature = "viewer")]
+mod budget_panel;
+mod budget_study;
 mod curves;
 mod drawing;
 mod export;
@@ -17,6 +20,7 @@ mod names;
 #[cfg(feature = "viewer")]
 mod orbit;
 mod output;
+mod pacing;
 mod patches;
 mod pictures;
 mod planting;

@@ -6,6 +6,7 @@ use crate::{
     failure::{Failure, complain},
     models,
     output::{self, Steps},
+    pacing::{self, Settled},
     pictures,
     planting::Planting,
     progress::spinning,
@@ -18,7 +19,7 @@ use foliage_lod::{
     effects::{Contrast, CrownNormals, Effects, Fade, FadeRule as Rule, Translucency, Wind},
     extract::{self, CookLambda, Far, LodPolicy, fewest_leaves, leaf_count},
     file,
-    scene::{BudgetEntry, budget::Spent, visibility::Estimate},
+    scene::{Amount, BudgetEntry, budget::Spent, visibility::Estimate},
     simplify::CpuFragments,
     stochastic::Stochastic,
     terrain::ERROR_PX,
@@ -35,15 +36,21 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     if scene::is_toml(&args.model) {
         scene::refuse(&args.not_for_scenes())?;
         let mut opened = Opened::open(&args.model, Some(&args.output), &mut steps)?;
-        if let Some(leaves) = args.budget {
-            let entry = opened.file.budget.unwrap_or(BudgetEntry::of_leaves(leaves));
-            opened.file.budget = Some(BudgetEntry { leaves, ..entry });
+        if let Some(amount) = args.budget {
+            let entry = opened.file.budget.unwrap_or(BudgetEntry::of(amount));
+            opened.set_budget(Some(BudgetEntry { amount, ..entry }));
         }
         opened.measure(&mut steps)?;
         opened.file.tone &= args.tone == args::Switch::On;
+        let mut timed = None;
+        if let Some(BudgetEntry { amount: Amount::Ms(ms), .. }) =
+            opened.file.budget.filter(|_| args.method != Method::Full)
+        {
+            timed = Some(pacing::settle(args, &mut opened, ms, &mut steps)?);
+        }
         let all = opened.plants();
         let staging = opened.staging(args.seconds, args.size, args.method == Method::Full)?;
-        return finish(args, &staging, all, &mut steps);
+        return finish(args, &staging, all, timed, &mut steps);
     }
     if args.budget.is_some() {
         let allowed = "left out for a model: give a scene (.toml), or --leaves-count";
@@ -72,17 +79,25 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
             args,
             &Staging::of_planting(&plant.model, &planting, args.size[1], look, args.seconds, drawn),
             plants,
+            None,
             &mut steps,
         );
     }
     let drawn = |distance| (active_count(args, &model, distance) as f32, 1.0);
-    finish(args, &Staging::of_planting(&model, &planting, args.size[1], look, args.seconds, drawn), plants, &mut steps)
+    finish(
+        args,
+        &Staging::of_planting(&model, &planting, args.size[1], look, args.seconds, drawn),
+        plants,
+        None,
+        &mut steps,
+    )
 }
 
 fn finish(
     args: &args::Render,
     staging: &Staging<'_>,
     plants: usize,
+    timed: Option<Settled>,
     steps: &mut Steps,
 ) -> std::result::Result<(), Failure> {
     let drawing = spinning("drawing", || drawing::draw(args.raster, staging, args.size))?;
@@ -99,9 +114,17 @@ fn finish(
         drawing.place()
     );
     steps.done("draw", result)?;
-    if let Some(Spent { asked, used, mu, .. }) = staging.budget.filter(|_| !args.json) {
-        let [asked, used] = [asked, used].map(|leaves| HumanCount(leaves as u64));
-        output::line(format_args!("budget    {used} of {asked} leaves, at {mu:.2e} pixels a leaf"))?;
+    if let Some((Spent { asked, used, fixed, mu, .. }, unit)) = staging.budget.filter(|_| !args.json) {
+        let [of_all, used] = [asked, used].map(|of| HumanCount(of as u64));
+        let one = if unit == "leaves" { "leaf" } else { "triangle" };
+        output::line(format_args!("budget    {used} of {of_all} {unit}, at {mu:.2e} pixels a {one}"))?;
+        if fixed > asked {
+            complain(format_args!(
+                "warning: wood and impostors alone take {} triangles: no leaf is left; ask for more, or set `[lod] \
+                 wood_error` to more pixels",
+                HumanCount(fixed as u64)
+            ));
+        }
     }
     if let Some(Estimate { crowns, hidden, shown, .. }) = staging.visibility.filter(|_| !args.json) {
         let [crowns, hidden] = [crowns, hidden].map(|count| HumanCount(count.into()));
@@ -145,13 +168,14 @@ fn finish(
             .collect();
         output::line(json!({
             "leaves_drawn": drawing.prepared.leaves,
+            "wood_triangles": drawing.prepared.wood_triangles,
             "instances": staging.plants.len(),
             "draws": drawing.prepared.draws,
             "ground_triangles": ground.triangles,
             "plants_by": far_json(&drawing.prepared.far),
             "impostor_frames_made": drawing.frames_made,
             "effects": effects,
-            "budget": staging.budget.map(budget_json),
+            "budget": staging.budget.map(|(spent, unit)| budget_json(spent, unit, timed)),
             "visibility": staging.visibility.map(visibility_json),
             "adapter": drawing.adapter,
             "seconds": steps.total_seconds(),
@@ -161,8 +185,9 @@ fn finish(
 }
 
 /// What was spent of a budget.
-fn budget_json(spent: Spent) -> Value {
-    json!({ "unit": "leaves", "asked": spent.asked, "used": spent.used, "mu": spent.mu, "floors": spent.floors })
+fn budget_json(spent: Spent, unit: &str, timed: Option<Settled>) -> Value {
+    let (unit, asked, used) = timed.map_or((unit, spent.asked, spent.used), |of| ("ms", of.asked_ms, of.ms));
+    json!({ "unit": unit, "asked": asked, "used": used, "mu": spent.mu, "floors": spent.floors })
 }
 
 /// What shows of plants behind others.

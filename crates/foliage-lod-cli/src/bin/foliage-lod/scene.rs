@@ -18,7 +18,8 @@ use foliage_lod::{
     file,
     grow::{GrowOptions, Species, grow},
     scene::{
-        Active, BudgetEntry, Footing, Kind, ModelSource, Placement, Planted, SceneFile, SharedBudget, budget::Spent,
+        Active, Amount, BudgetEntry, Footing, Kind, ModelSource, Placement, Planted, SceneFile, SharedBudget,
+        budget::Spent,
     },
     simplify::{CpuFragments, SimplifyOptions, simplify},
     software::{BakeOptions, mean_leaf_color},
@@ -37,6 +38,9 @@ const NEAR_RADII: f64 = 1e-2;
 /// Default distance of the haze: the first factor times the smallest plant's radius plus the second
 /// times the radius of the whole scene, or the reach of its patches if that is farther.
 const HAZE_RADII: [f64; 2] = [160.0, 8.0];
+
+/// Leaves that a budget of milliseconds begins with.
+const FIRST_LEAVES: f64 = 1e5;
 
 /// A scene with its models.
 pub struct Opened {
@@ -68,6 +72,19 @@ pub struct Opened {
     active: Vec<Active>,
     /// The scene's budget, and what was spent of it last.
     budget: Option<(SharedBudget, Option<Spent>)>,
+}
+
+/// A budget that a scene can be given, with what it keeps from picture to picture.
+pub struct Budgeting {
+    entry: Option<BudgetEntry>,
+    state: Option<(SharedBudget, Option<Spent>)>,
+}
+
+impl Budgeting {
+    /// A budget without a picture before.
+    pub fn of(entry: Option<BudgetEntry>) -> Self {
+        Self { entry, state: None }
+    }
 }
 
 /// What lies under a scene's plants, read before its models are grown.
@@ -326,9 +343,35 @@ impl Opened {
     /// The budget that the scene asks for, in pictures of so many rows.
     fn shared_budget(&self, entry: &BudgetEntry, height_px: u32) -> SharedBudget {
         let far = self.look().ground.map_or(f64::from(f32::MAX), |ground| ground.haze);
-        let mut shared = SharedBudget::new(&self.models, entry.rule(height_px as f32, far), entry.leaves);
+        let (rule, look) = (entry.rule(height_px as f32, far), self.look());
+        let shared = match entry.amount {
+            Amount::Leaves(leaves) => SharedBudget::new(&self.models, rule, leaves),
+            Amount::Triangles(triangles) => {
+                let shared = SharedBudget::new(&self.models, rule, triangles);
+                shared.with_triangles(&self.models, look.wood_error_px)
+            }
+            // What is found for the time is set frame by frame.
+            Amount::Ms(_) => SharedBudget::new(&self.models, rule, FIRST_LEAVES),
+        };
+        let mut shared = if entry.visibility { shared.with_visibility(&self.models) } else { shared };
         shared.far = self.file.far;
-        if entry.visibility { shared.with_visibility(&self.models) } else { shared }
+        shared
+    }
+
+    /// Gives the scene another budget, or none.
+    pub fn set_budget(&mut self, entry: Option<BudgetEntry>) {
+        self.exchange(&mut Budgeting::of(entry));
+    }
+
+    /// Exchanges the scene's budget for another one, which goes on from where it was.
+    pub fn exchange(&mut self, other: &mut Budgeting) {
+        std::mem::swap(&mut self.file.budget, &mut other.entry);
+        std::mem::swap(&mut self.budget, &mut other.state);
+    }
+
+    /// What is left of the budget changes from frame to frame.
+    pub fn shared(&mut self) -> Option<&mut SharedBudget> {
+        self.budget.as_mut().map(|(shared, _)| shared)
     }
 
     /// What was spent of the budget, if there is one.
@@ -336,13 +379,14 @@ impl Opened {
         self.budget.as_ref().and_then(|(_, spent)| *spent)
     }
 
-    /// Selects the plants in view, with all leaves if `full`, otherwise at their level of detail.
-    pub fn shown(&mut self, camera: &Camera, full: bool) -> Vec<Shown> {
+    /// Selects the plants in view, with all leaves if `full`, otherwise at their level of detail:
+    /// by a budget, so many seconds after the last picture, or anew.
+    pub fn shown(&mut self, camera: &Camera, full: bool, seconds: Option<f64>) -> Vec<Shown> {
         if self.budget.is_none() {
             self.budget = self.file.budget.map(|entry| (self.shared_budget(&entry, camera.height_px), None));
         }
         match &mut self.budget {
-            Some((budget, spent)) => *spent = Some(self.grove.select_within(camera, budget, None, &mut self.active)),
+            Some((budget, spent)) => *spent = Some(self.grove.select_within(camera, budget, seconds, &mut self.active)),
             None => self.grove.select(camera, &mut self.active),
         }
         self.selected(full, camera.eye, Some(&Frustum::new(camera, DVec3::ZERO)))
@@ -386,13 +430,34 @@ impl Opened {
     /// # Errors
     /// Those of [`follow`](Self::follow).
     pub fn staging(&mut self, seconds: f64, size: [u32; 2], full: bool) -> Result<Staging<'_>> {
+        self.staging_after(seconds, size, full, None)
+    }
+
+    /// Same as [`staging`](Self::staging), with a budget that follows the picture so many seconds
+    /// before.
+    ///
+    /// # Errors
+    /// Those of [`follow`](Self::follow).
+    pub fn staging_after(
+        &mut self,
+        seconds: f64,
+        size: [u32; 2],
+        full: bool,
+        after: Option<f64>,
+    ) -> Result<Staging<'_>> {
         let camera = self.camera(seconds, f64::from(size[0]) / f64::from(size[1]));
         let camera = camera.camera(size[1]);
         self.follow(camera.eye, true)?;
-        let plants = self.shown(&camera, full);
+        let plants = self.shown(&camera, full, after);
         let effects = self.file.effects;
         let casters = self.casters(&camera, full, &effects);
-        let (look, terrain, budget) = (self.look(), self.terrain.clone(), self.spent());
+        let (look, terrain) = (self.look(), self.terrain.clone());
+        let unit = match self.file.budget.map(|entry| entry.amount) {
+            Some(Amount::Triangles(_)) => "triangles",
+            // Time is spent in leaves.
+            _ => "leaves",
+        };
+        let budget = self.spent().map(|spent| (spent, unit));
         let visibility = self.budget.as_ref().and_then(|(budget, _)| Some(budget.visibility()?.estimate()));
         Ok(Staging { look, terrain, budget, visibility, models: &self.models, plants, casters, camera, seconds })
     }

@@ -1,9 +1,12 @@
 //! `foliage-lod report SCENE`: measures the savings from level of detail and the cost of effects in
 //! a scene.
 
-use crate::{failure::Failure, interrupt, output::Steps, progress::spinning, scene::Opened, staging::Shown};
+use crate::{
+    args, budget_study, failure::Failure, interrupt, output::Steps, progress::spinning, scene::Opened, staging::Shown,
+};
 use foliage_lod::{
     Error, Frame,
+    draw::gpu_bytes,
     gpu::{GpuDevice, guarded},
 };
 use foliage_lod_cli::report::{
@@ -22,11 +25,14 @@ const SECONDS_BETWEEN: f64 = 10.0;
 const ROUNDS: usize = 3;
 /// Seconds from one frame to the next, for motion vectors.
 const FRAME_SECONDS: f64 = 1.0 / 60.0;
-/// Width and height of a frame in pixels.
-const SIZE: [u32; 2] = [640, 360];
 
 /// Measures one scene.
-pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<SceneReport, Failure> {
+pub fn study(
+    path: &Path,
+    args: &args::Report,
+    gpu: Option<&GpuDevice>,
+    steps: &mut Steps,
+) -> Result<SceneReport, Failure> {
     let Some(gpu) = gpu else {
         let reason = "measuring the costs of a scene needs an adapter".into();
         let fix = "install a Vulkan driver (software: Mesa's lavapipe), or leave the scene out".into();
@@ -34,12 +40,13 @@ pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<
     };
     let mut opened = Opened::open(path, None, steps)?;
     opened.bake(steps)?;
-    let shots: Vec<Shot> =
-        (0..SHOTS).map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN)).collect::<Result<_, Error>>()?;
+    let shots: Vec<Shot> = (0..SHOTS)
+        .map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN, args.size))
+        .collect::<Result<_, Error>>()?;
     let cases = cases(&opened.look());
     let advance = |_| interrupt::check();
     let scene = Scene { models: &opened.models, terrain: opened.terrain.as_ref(), shots: &shots };
-    let measure = || measure(gpu, &scene, &cases, SIZE, ROUNDS, advance);
+    let measure = || measure(gpu, &scene, &cases, args.size, ROUNDS, advance);
     let costs = spinning("measuring", || guarded(measure))?;
     for cost in &costs {
         let Cost { name, frame_seconds, ratio, .. } = cost;
@@ -49,14 +56,16 @@ pub fn study(path: &Path, gpu: Option<&GpuDevice>, steps: &mut Steps) -> Result<
             format!("{name}: {:.1} ms per frame, {ratio:.3} of the first, {leaves} leaves", 1e3 * frame_seconds),
         )?;
     }
+    let budgets = if args.budgets { budget_study::study(gpu, &mut opened, args.size, steps)? } else { Vec::new() };
+    let gpu_bytes = opened.models.iter().flat_map(gpu_bytes).sum();
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    Ok(SceneReport { name, plants: opened.plants(), costs })
+    Ok(SceneReport { name, plants: opened.plants(), costs, budgets, gpu_bytes })
 }
 
-fn shot(opened: &mut Opened, seconds: f64) -> Result<Shot, Error> {
+fn shot(opened: &mut Opened, seconds: f64, size: [u32; 2]) -> Result<Shot, Error> {
     let frame = |seconds| {
-        let camera = opened.camera(seconds, f64::from(SIZE[0]) / f64::from(SIZE[1]));
-        Frame::new(&camera.camera(SIZE[1])).at(seconds)
+        let camera = opened.camera(seconds, f64::from(size[0]) / f64::from(size[1]));
+        Frame::new(&camera.camera(size[1])).at(seconds)
     };
     let (before, frame) = (frame(seconds), frame(seconds + FRAME_SECONDS));
     let camera = frame.camera;
@@ -64,11 +73,13 @@ fn shot(opened: &mut Opened, seconds: f64) -> Result<Shot, Error> {
     let effects = opened.file.effects;
     let mut both = |casters: bool| {
         [true, false].map(|full| {
-            let plants = if casters { opened.casters(&camera, full, &effects) } else { opened.shown(&camera, full) };
+            let plants =
+                if casters { opened.casters(&camera, full, &effects) } else { opened.shown(&camera, full, None) };
             let seen = |plant: &Shown| Seen {
                 model: plant.model,
                 world_from_plant: plant.world_from_plant,
                 active: plant.active,
+                far: plant.far,
                 seed: plant.seed,
                 tint: plant.tint.to_array(),
             };

@@ -23,8 +23,8 @@ pub struct Staging<'a> {
     pub look: Look,
     /// Ground with heights or colours.
     pub terrain: Option<Arc<Terrain>>,
-    /// What was spent of the scene's budget, if it has one.
-    pub budget: Option<Spent>,
+    /// What was spent of the scene's budget, if it has one, and what it counts.
+    pub budget: Option<(Spent, &'static str)>,
     /// What shows of the plants, if its budget goes by that.
     pub visibility: Option<Estimate>,
     /// Time of the animation in seconds.

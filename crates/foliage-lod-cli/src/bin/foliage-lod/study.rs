@@ -1,7 +1,7 @@
 //! `foliage-lod report PLANT...`: measures accuracy against time and writes one page.
 
 use crate::{
-    args, baking,
+    args, baking, budget_study,
     failure::{Failure, complain},
     interrupt,
     output::{self, Steps},
@@ -46,6 +46,10 @@ const SMALL: &str = "balanced";
 
 /// Runs the subcommand.
 pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
+    if args.budgets && !args.plants.iter().any(|name| scene::is_toml(Path::new(name))) {
+        let allowed = "given with a scene (.toml), such as data/scenes/forest.toml";
+        return Err(Error::invalid("--budgets", "given without a scene", allowed).into());
+    }
     for (option, is_given) in [("--far", args.far.is_some()), ("--wood", args.wood)] {
         if is_given && args.plants.iter().all(|name| scene::is_toml(Path::new(name))) {
             let allowed = "left out, or given with a tree: scenes are measured as they are";
@@ -62,7 +66,7 @@ pub fn run(args: &args::Report) -> std::result::Result<(), Failure> {
     let (mut reports, mut scenes) = (Vec::new(), Vec::new());
     for name in &args.plants {
         if scene::is_toml(Path::new(name)) {
-            scenes.push(scene_study::study(Path::new(name), gpu.as_ref(), &mut steps)?);
+            scenes.push(scene_study::study(Path::new(name), args, gpu.as_ref(), &mut steps)?);
             continue;
         }
         let plant = load(name, args, &mut steps)?;
@@ -291,10 +295,12 @@ fn json(reports: &[PlantReport], scenes: &[SceneReport], adapter: Option<&str>) 
     let wood =
         |report: &PlantReport| -> Vec<Value> { report.wood.iter().map(|row| json_wood(&report.plant, row)).collect() };
     let wood: Vec<Value> = reports.iter().flat_map(wood).collect();
+    let budgets: Vec<Value> =
+        scenes.iter().flat_map(|scene| budget_study::json_rows(&scene.name, &scene.budgets)).collect();
     let scenes: Vec<Value> = scenes.iter().flat_map(scene_study::json_rows).collect();
     json!({
         "adapter": adapter, "rows": rows, "pops": pops, "far": far, "impostors": small, "wood": wood,
-        "offline": offline, "scenes": scenes,
+        "offline": offline, "scenes": scenes, "budgets": budgets,
     })
 }
 

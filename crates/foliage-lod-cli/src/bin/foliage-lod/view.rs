@@ -9,10 +9,10 @@ use foliage_lod::{
     gpu::GpuDevice,
     model::Transition,
 };
-use foliage_lod_cli::window::{self, Stage, egui};
+use foliage_lod_cli::window::{self, FrameTimes, Stage, egui};
 use glam::{DAffine3, DVec3};
 use indicatif::HumanCount;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Range of the distance in radii.
 const DISTANCES: std::ops::RangeInclusive<f32> = 1.1..=120.0;
@@ -189,8 +189,8 @@ impl Stage for Viewer {
         &self.foliage
     }
 
-    fn drawn(&mut self, frame: Duration) {
-        smooth(&mut self.frame_ms, frame.as_secs_f64() * 1e3);
+    fn drawn(&mut self, times: FrameTimes) {
+        smooth(&mut self.frame_ms, times.whole.as_secs_f64() * 1e3);
     }
 }
 

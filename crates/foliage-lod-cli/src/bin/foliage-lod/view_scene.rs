@@ -1,6 +1,6 @@
 //! `foliage-lod view SCENE`: shows a scene in a window, with a switch for each effect.
 
-use crate::{args, failure::Failure, orbit, output::Steps, scene::Opened, staging::Shown};
+use crate::{args, budget_panel::BudgetPanel, failure::Failure, orbit, output::Steps, scene::Opened, staging::Shown};
 use foliage_lod::{
     FoliageRenderer, Frame, Instance, Look, LookAt, Result,
     draw::{Coloring, FarCounts, ModelId, Prepared},
@@ -9,17 +9,19 @@ use foliage_lod::{
     gpu::{GpuDevice, TargetFormat},
     software::LiveImpostors,
 };
-use foliage_lod_cli::window::{self, Stage, egui};
+use foliage_lod_cli::window::{self, FrameTimes, Stage, egui};
 use glam::DVec3;
 use indicatif::HumanCount;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Weight of the latest measurement in a displayed time; the rest is the previous value.
 const SMOOTHING: f64 = 0.1;
 
 /// Runs the subcommand for a scene.
 pub fn run(args: &args::View) -> std::result::Result<(), Failure> {
-    let mut opened = Opened::open(&args.model, None, &mut Steps::new(false))?;
+    let mut steps = Steps::new(false);
+    let mut opened = Opened::open(&args.model, None, &mut steps)?;
+    opened.measure(&mut steps)?;
     opened.file.tone &= args.tone == args::Switch::On;
     opened.file.lod.wood_error = args.wood_error.or(opened.file.lod.wood_error);
     opened.look().check()?;
@@ -49,7 +51,9 @@ struct Viewer {
     moved: Option<(DVec3, DVec3)>,
     prepared: Prepared,
     seen: usize,
+    budget: BudgetPanel,
     frame_ms: f64,
+    gpu_ms: Option<f64>,
 }
 
 /// Enables an effect in the first argument, with the settings of the second if it has any.
@@ -80,6 +84,7 @@ impl Viewer {
         ];
         let opened_far = opened.file.far;
         let (foliage, ids) = renderer(gpu, target, &opened, opened.look())?;
+        let budget = BudgetPanel::new(opened.file.budget);
         Ok(Self {
             opened,
             target,
@@ -96,7 +101,9 @@ impl Viewer {
             moved: None,
             prepared: Prepared::default(),
             seen: 0,
+            budget,
             frame_ms: 0.0,
+            gpu_ms: None,
         })
     }
 
@@ -154,6 +161,8 @@ impl Stage for Viewer {
         ui.radio_value(&mut self.draws_all, false, "level of detail");
         ui.radio_value(&mut self.draws_all, true, "all leaves");
         ui.separator();
+        self.budget.show(ui, &self.opened);
+        ui.separator();
         for ((name, _), is_on) in EFFECTS.iter().zip(&mut self.is_on) {
             ui.checkbox(is_on, *name);
         }
@@ -167,6 +176,7 @@ impl Stage for Viewer {
         ui.add(egui::Slider::new(&mut self.seconds, 0.0..=120.0).text("seconds"));
         if self.moved.is_some() && ui.button("reset camera").clicked() {
             self.moved = None;
+            self.budget.cut(&mut self.opened);
         }
         ui.separator();
         let Prepared { leaves, wood_triangles, draws, effects, far, live, .. } = self.prepared;
@@ -185,10 +195,11 @@ impl Stage for Viewer {
                 HumanCount(count.skipped)
             ));
         }
-        ui.label(format!("frame {:.1} ms", self.frame_ms));
+        let gpu = self.gpu_ms.map_or(String::new(), |ms| format!(", of which the GPU {ms:.1} for plants"));
+        ui.label(format!("frame {:.1} ms{gpu}", self.frame_ms));
         ui.separator();
         ui.small("Drag to orbit, scroll to zoom.");
-        if self.is_playing || live.pending + live.appearing > 0 {
+        if self.is_playing || self.budget.moves() || live.pending + live.appearing > 0 {
             ui.ctx().request_repaint();
         }
     }
@@ -216,8 +227,10 @@ impl Stage for Viewer {
         if self.is_playing {
             self.seconds = (self.seconds + self.last_frame.elapsed().as_secs_f64()) % 120.0;
         }
+        let seconds = self.last_frame.elapsed().as_secs_f64();
         self.last_frame = Instant::now();
         let camera = self.camera(size).camera(size[1]);
+        self.budget.apply(&mut self.opened)?;
         let instance = |shown: &Shown| Instance {
             far: shown.far,
             seed: shown.seed,
@@ -225,13 +238,15 @@ impl Stage for Viewer {
             ..Instance::new(self.ids[shown.model], shown.world_from_plant, shown.active)
         };
         self.opened.follow(camera.eye, false)?;
-        let seen: Vec<Instance> = self.opened.shown(&camera, self.draws_all).iter().map(instance).collect();
+        let shown = self.opened.shown(&camera, self.draws_all, Some(seconds));
+        let seen: Vec<Instance> = shown.iter().map(instance).collect();
         let casters = self.opened.casters(&camera, self.draws_all, &effects);
         let casters: Vec<Instance> = casters.iter().map(instance).collect();
         self.seen = seen.len();
         let frame = Frame::new(&camera).at(self.seconds);
         let (device, queue) = (gpu.device(), gpu.queue());
         self.prepared = self.foliage.prepare_with_casters(device, queue, frame, &seen, &casters)?;
+        self.budget.prepared(&mut self.opened, &shown, self.prepared.wood_triangles);
         Ok(())
     }
 
@@ -239,8 +254,10 @@ impl Stage for Viewer {
         &self.foliage
     }
 
-    fn drawn(&mut self, frame: Duration) {
-        let measured = frame.as_secs_f64() * 1e3;
+    fn drawn(&mut self, times: FrameTimes) {
+        self.budget.took(&times);
+        self.gpu_ms = times.gpu_ms;
+        let measured = times.whole.as_secs_f64() * 1e3;
         self.frame_ms += (measured - self.frame_ms) * if self.frame_ms == 0.0 { 1.0 } else { SMOOTHING };
     }
 }
