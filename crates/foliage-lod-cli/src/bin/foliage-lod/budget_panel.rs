@@ -11,9 +11,18 @@ use foliage_lod::{
 use foliage_lod_cli::window::{FrameTimes, egui};
 use indicatif::HumanCount;
 
-/// Units, with the range of the slider and where it begins.
-const UNITS: [(fn(f64) -> Amount, [f64; 2], f64); 3] =
-    [(Amount::Leaves, [1e2, 2e7], 5e5), (Amount::Triangles, [1e3, 1e8], 2e6), (Amount::Ms, [1.0, 2000.0], 16.0)];
+/// A unit of the slider.
+struct Unit {
+    of: fn(f64) -> Amount,
+    range: [f64; 2],
+    first: f64,
+}
+
+const UNITS: [Unit; 3] = [
+    Unit { of: Amount::Leaves, range: [1e2, 2e7], first: 5e5 },
+    Unit { of: Amount::Triangles, range: [1e3, 1e8], first: 2e6 },
+    Unit { of: Amount::Ms, range: [1.0, 2000.0], first: 16.0 },
+];
 /// Rules and their labels.
 const RULES: [(Portions, &str); 5] = [
     (Portions::Error, "least error"),
@@ -40,8 +49,8 @@ pub struct BudgetPanel {
 impl BudgetPanel {
     /// The panel of a scene with this budget.
     pub fn new(entry: Option<BudgetEntry>) -> Self {
-        let (make, _, number) = UNITS[0];
-        let shown = entry.unwrap_or(BudgetEntry::of(make(number)));
+        let Unit { of, first, .. } = UNITS[0];
+        let shown = entry.unwrap_or(BudgetEntry::of(of(first)));
         Self { is_on: entry.is_some(), entry: shown, applied: None, pace: None, frame: 0, of_models: Vec::new() }
     }
 
@@ -52,18 +61,19 @@ impl BudgetPanel {
             return;
         }
         ui.horizontal(|ui| {
-            for (make, _, first) in UNITS {
-                let amount = make(first);
+            for Unit { of, first, .. } in UNITS {
+                let amount = of(first);
                 if ui.selectable_label(self.entry.amount.unit() == amount.unit(), amount.unit()).clicked() {
                     self.entry.amount = amount;
                 }
             }
         });
         let (unit, mut number) = (self.entry.amount.unit(), self.entry.amount.number());
-        for (make, [least, most], _) in UNITS.into_iter().filter(|(make, ..)| make(1.0).unit() == unit) {
+        let same = UNITS.into_iter().find(|other| (other.of)(1.0).unit() == unit);
+        if let Some(Unit { of, range: [least, most], .. }) = same {
             let range = least.min(number)..=most.max(number);
             ui.add(egui::Slider::new(&mut number, range).logarithmic(true).text(unit));
-            self.entry.amount = make(number);
+            self.entry.amount = of(number);
         }
         let label = RULES.iter().find(|(rule, _)| *rule == self.entry.rule).map_or("", |(_, label)| label);
         egui::ComboBox::from_label("split by").selected_text(label).show_ui(ui, |ui| {
