@@ -25,18 +25,26 @@ pub struct Level {
     pub plant: Plant,
     /// Number of leaves.
     pub leaves: u32,
-    /// Diameter in pixels on a screen of 1080 rows from which on down it is shown: where Cook's
-    /// policy asks for as many leaves. Infinite with all leaves.
+    /// Diameter in pixels on a screen of 1080 rows from which on down it is shown. Infinite with all
+    /// leaves.
     pub size_px: f32,
 }
 
 impl Level {
-    /// The level of a valid model that has the share `lod` of its leaves, and at least one.
-    /// Enlarged leaves that would show several pictures show one.
+    /// The level of a valid model that has the share `lod` of its leaves, and at least one, shown
+    /// from where Cook's policy asks for as many leaves.
     pub fn new(model: &FoliageModel, lod: f64) -> Self {
         let all = model.leaves.len() as u32;
         let leaves = ((lod * f64::from(all)).ceil() as u32).clamp(1.min(all), all);
-        let size_px = if leaves < all { size_px(leaves as f32 / all as f32) } else { f32::INFINITY };
+        Self::of_leaves(model, leaves, size_px(leaves as f32 / all.max(1) as f32))
+    }
+
+    /// The level of a valid model that has its first `leaves`, or all if it has fewer, shown from a
+    /// diameter on. Enlarged leaves that would show several pictures show one.
+    pub fn of_leaves(model: &FoliageModel, leaves: u32, size_px: f32) -> Self {
+        let all = model.leaves.len() as u32;
+        let leaves = leaves.min(all);
+        let size_px = if leaves < all { size_px } else { f32::INFINITY };
         let mut swap = Swap::new(model);
         swap.set_active(leaves);
         let wood = wood(model, 2.0 * model.sphere().radius as f32 * WOOD_ERROR_PX / size_px);
