@@ -26,6 +26,8 @@ pub use tiles::Tiles;
 #[cfg(feature = "software")]
 pub use tiles::Tiling;
 #[cfg(feature = "simplify")]
+pub(crate) use tiles::Cell;
+#[cfg(feature = "simplify")]
 pub use trim::TRIM_CORNERS;
 
 /// Maximum number of leaves in a plant: an index and a generation always fit into 32 bits.

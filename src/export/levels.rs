@@ -1,5 +1,6 @@
 //! Discrete levels of a model as plants of their own, for engines that know nothing else.
 
+use super::tiled::tiled;
 use crate::{
     FoliageModel, Plant,
     extract::{CookLambda, LodPolicy, Sight, Swap, sight::REFERENCE_FOV_Y},
@@ -28,6 +29,8 @@ pub struct Level {
     /// Diameter in pixels on a screen of 1080 rows from which on down it is shown. Infinite with all
     /// leaves.
     pub size_px: f32,
+    /// Number of enlarged leaves that are cut into triangles since they show several pictures.
+    pub tiled: u32,
 }
 
 impl Level {
@@ -40,7 +43,7 @@ impl Level {
     }
 
     /// The level of a valid model that has its first `leaves`, or all if it has fewer, shown from a
-    /// diameter on. Enlarged leaves that would show several pictures show one.
+    /// diameter on.
     pub fn of_leaves(model: &FoliageModel, leaves: u32, size_px: f32) -> Self {
         let all = model.leaves.len() as u32;
         let leaves = leaves.min(all);
@@ -55,18 +58,23 @@ impl Level {
         }
         let mut plant =
             Plant { name: model.name.clone(), wood, materials, textures: model.textures.clone(), ..Plant::default() };
+        let mut cut = 0;
         for (leaf, &scale) in model.leaves.iter().zip(&swap.scales()[..leaves as usize]) {
             let pivot = Vec3::from(leaf.pivot);
             let scaled = |vertex: &Vertex| {
                 let position = pivot + scale * (Vec3::from(vertex.position) - pivot);
                 Vertex { position: position.to_array(), ..*vertex }
             };
-            let vertices: Vec<Vertex> = model.vertices[leaf.geometry().vertex_range()].iter().map(scaled).collect();
+            let mut vertices: Vec<Vertex> = model.vertices[leaf.geometry().vertex_range()].iter().map(scaled).collect();
             let own = &model.indices[leaf.geometry().index_range()];
-            let indices: Vec<u32> = own.iter().map(|index| index - leaf.vertices[0]).collect();
+            let mut indices: Vec<u32> = own.iter().map(|index| index - leaf.vertices[0]).collect();
+            if let Some(tiling) = model.tiles(leaf).and_then(|tiles| tiles.at(scale)) {
+                (vertices, indices) = tiled(&vertices, &indices, &tiling);
+                cut += 1;
+            }
             plant.push_leaf(&vertices, &indices, leaf.pivot, leaf.material);
         }
-        Self { plant, leaves, size_px }
+        Self { plant, leaves, size_px, tiled: cut }
     }
 }
 

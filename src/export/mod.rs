@@ -16,6 +16,7 @@ mod levels;
 mod page;
 mod plain;
 mod textures;
+mod tiled;
 mod writer;
 
 pub use cards::{FAR_PX, far_cards};

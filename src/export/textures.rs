@@ -2,10 +2,11 @@
 
 use super::coverage::keep_coverage;
 use crate::{
-    Plant, Result,
+    Result,
     draw::mips::{Mips, SrgbTable},
     error::check_range,
     material::{Material, Texture, TextureFormat, encode},
+    plant::PlantOf,
 };
 use std::ops::RangeInclusive;
 
@@ -18,7 +19,7 @@ pub const TEXTURE_SIDES: RangeInclusive<u32> = 1..=8192;
 /// # Errors
 /// [`InvalidOption`](crate::Error::InvalidOption) for a side beyond [`TEXTURE_SIDES`];
 /// [`Unreadable`](crate::Error::Unreadable) for a damaged texture.
-pub fn resized<L>(plant: &crate::plant::PlantOf<L>, side: u32) -> Result<Vec<Texture>> {
+pub fn resized<L>(plant: &PlantOf<L>, side: u32) -> Result<Vec<Texture>> {
     check_range("textures", side, TEXTURE_SIDES)?;
     let srgb = SrgbTable::new();
     let smaller = |(number, texture): (u32, &Texture)| {

@@ -123,7 +123,13 @@ pub fn tell_panics_of_drivers_once() {
 
 /// Prints one line to stderr. If that fails too, the line is lost.
 pub fn complain(text: impl Display) {
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(std::io::stderr(), "{}", visible(&text.to_string()));
+}
+
+/// A line in which control characters, which names in files may have, are spelled out.
+pub fn visible(text: &str) -> String {
+    let spelled = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(spelled).collect()
 }
 
 /// The first paragraph of clap's message, which names the argument and its possible values.
