@@ -3,6 +3,7 @@
 use super::tiled::tiled;
 use crate::{
     FoliageModel, Plant,
+    bounds::Aabb,
     extract::{CookLambda, LodPolicy, Sight, Swap, sight::REFERENCE_FOV_Y},
     leaf::Vertex,
     plant::{Wood, WoodPart},
@@ -14,6 +15,10 @@ use glam::Vec3;
 const ROWS: f32 = 1080.0;
 /// Error of the wood in pixels, at the largest size that a level is shown at.
 const WOOD_ERROR_PX: f32 = 0.5;
+/// Least size of a leaf's picture in pixels, at that size, where enlarged leaves repeat it, and the
+/// least scale at which they do.
+const PICTURE_PX: f32 = 4.0;
+const LEAST_REPEATED: f32 = 1.25;
 /// Steps of the search for that size.
 const STEPS: u32 = 40;
 /// Least and most distances that it is looked for at, in radii.
@@ -59,6 +64,7 @@ impl Level {
         let mut plant =
             Plant { name: model.name.clone(), wood, materials, textures: model.textures.clone(), ..Plant::default() };
         let mut cut = 0;
+        let px = size_px / (2.0 * model.sphere().radius as f32);
         for (leaf, &scale) in model.leaves.iter().zip(&swap.scales()[..leaves as usize]) {
             let pivot = Vec3::from(leaf.pivot);
             let scaled = |vertex: &Vertex| {
@@ -68,7 +74,10 @@ impl Level {
             let mut vertices: Vec<Vertex> = model.vertices[leaf.geometry().vertex_range()].iter().map(scaled).collect();
             let own = &model.indices[leaf.geometry().index_range()];
             let mut indices: Vec<u32> = own.iter().map(|index| index - leaf.vertices[0]).collect();
-            if let Some(tiling) = model.tiles(leaf).and_then(|tiles| tiles.at(scale)) {
+            // Of pictures that are too small to be seen as such, fewer and larger ones do.
+            let repeated = scale * (size(&vertices) / scale * px / PICTURE_PX).min(1.0);
+            let tiles = model.tiles(leaf).filter(|_| repeated >= LEAST_REPEATED);
+            if let Some(tiling) = tiles.and_then(|tiles| tiles.at(repeated)) {
                 (vertices, indices) = tiled(&vertices, &indices, &tiling);
                 cut += 1;
             }
@@ -76,6 +85,12 @@ impl Level {
         }
         Self { plant, leaves, size_px, tiled: cut }
     }
+}
+
+/// Size of a card: what its corners span, over the diagonal of a square.
+fn size(vertices: &[Vertex]) -> f32 {
+    let all = Aabb::of_points(vertices.iter().map(|vertex| vertex.position));
+    Vec3::from(all.max).distance(all.min.into()) * std::f32::consts::FRAC_1_SQRT_2
 }
 
 /// Diameter in pixels at which Cook's policy asks for a share of the leaves.

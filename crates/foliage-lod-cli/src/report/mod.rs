@@ -5,7 +5,6 @@
 //!       -> offline::measure (preset, resolution, criterion) -> OfflineRow ->
 //! ```
 
-mod crossed;
 pub mod dolly;
 pub mod far;
 pub mod frames;

@@ -59,7 +59,8 @@ pub fn run(args: &args::Export) -> Result<(), Failure> {
     file::write_all(&files.iter().map(|file| (&file.path, &file.bytes)).collect::<Vec<_>>())?;
     let mut written = Vec::new();
     for File { path, kind, bytes, about } in files {
-        let told = ["leaves", "cards"].iter().find_map(|what| about[what].as_u64().filter(|&count| count > 0).zip(Some(what)));
+        let told =
+            ["leaves", "cards"].iter().find_map(|what| about[what].as_u64().filter(|&count| count > 0).zip(Some(what)));
         let told = told.map_or(String::new(), |(count, what)| format!("{} {what}, ", HumanCount(count)));
         steps.done("write", format!("{}: {told}{}", path.display(), DecimalBytes(bytes.len() as u64)))?;
         let file = json!({ "path": path.display().to_string(), "kind": kind, "bytes": bytes.len() });
@@ -93,8 +94,7 @@ fn plant(args: &args::Export) -> Result<Plant, Failure> {
         let species = Species::named(&args.input)?;
         return Ok(spinning("growing", || grow(&species, &GrowOptions::default()))?);
     }
-    let Imported { plant, warnings, .. } =
-        spinning("reading", || import::load(&args.input, &args.import.options()))?;
+    let Imported { plant, warnings, .. } = spinning("reading", || import::load(&args.input, &args.import.options()))?;
     warnings.iter().for_each(|warning| complain(output::warning_line(warning)));
     Ok(plant)
 }
@@ -155,7 +155,9 @@ fn check_output(args: &args::Export) -> Result<(), Error> {
     if is_species(&args.input) {
         if let Err(Error::InvalidOption { .. }) = Species::named(&args.input) {
             let all = Species::EMBEDDED.join(", ");
-            return refused(&format!("a model (.vds), a tree (.glb, .gltf, .obj), or a species: {all}, or a .toml file"));
+            return refused(&format!(
+                "a model (.vds), a tree (.glb, .gltf, .obj), or a species: {all}, or a .toml file"
+            ));
         }
         if imports {
             return refused("a tree file (.glb, .gltf, .obj) with the options of the import; species need none");

@@ -5,7 +5,10 @@ use crate::{
     names::{Preset, Raster, Switch, share},
 };
 use clap::Parser;
-use foliage_lod::{export::{GlbOptions, TEXTURE_SIDES}, measure::Target};
+use foliage_lod::{
+    export::{GlbOptions, TEXTURE_SIDES},
+    measure::Target,
+};
 use std::{path::PathBuf, str::FromStr};
 
 /// `foliage-lod export`.

@@ -64,10 +64,17 @@ pub fn levels(args: &Export, model: &mut FoliageModel, steps: &mut Steps) -> Res
         };
         if let Some((last, _)) = made.last() {
             if level.leaves >= last.leaves {
-                let told = format!("{} leaves after {}", HumanCount(level.leaves.into()), HumanCount(last.leaves.into()));
+                let told =
+                    format!("{} leaves after {}", HumanCount(level.leaves.into()), HumanCount(last.leaves.into()));
                 return Err(refused(number, told));
             }
             level.size_px = level.size_px.min(last.size_px);
+        }
+        if level.tiled > 0 {
+            let [cut, all] =
+                [level.tiled as usize, level.plant.indices.len() / 3].map(|count| HumanCount(count as u64));
+            let told = format!("LOD{number}: {cut} leaves that repeat their picture are cut, {all} triangles in all");
+            steps.done("tiles", told + "; models made with --growth scale have fewer")?;
         }
         made.push((level, about));
     }
@@ -86,19 +93,14 @@ fn cards(model: &FoliageModel, steps: &mut Steps) -> Result<Plant, Failure> {
         Some(impostor) => (impostor.clone(), "the model's impostor"),
         None => (baking::bake(model, &BAKED)?, "an impostor made for them"),
     };
-    let plant = far_cards(&impostor, &model.name)?;
+    let plant = spinning("drawing", || far_cards(model, &impostor))?;
     steps.done("far", format!("{} crossed cards with pictures of {told}", plant.leaves.len()))?;
     Ok(plant)
 }
 
 /// The level of the fewest leaves that meet a bound, as it is written and against all leaves: by
 /// bisection, as quality rises with leaves but for small steps.
-fn reached(
-    number: usize,
-    target: Target,
-    model: &FoliageModel,
-    steps: &mut Steps,
-) -> Result<(Level, Value), Failure> {
+fn reached(number: usize, target: Target, model: &FoliageModel, steps: &mut Steps) -> Result<(Level, Value), Failure> {
     let size_px = target.pixels as f32;
     let found = spinning("searching", || {
         let reference = Reference::new(&model.to_plant(), target.pixels)?;

@@ -63,10 +63,11 @@ const FLAGS: [(&str, &str); 10] = [
     ("VertexColors::Ignore", "--vertex-colors ignore"),
 ];
 /// Library fields whose flag is the same name, spelled with dashes.
-const FIELDS: [&str; 13] = [
+const FIELDS: [&str; 14] = [
     "alpha_cutoff",
     "group",
     "leaves",
+    "levels",
     "lod",
     "intrinsic",
     "max_scale",
