@@ -174,6 +174,6 @@ fn control_characters_of_names_are_spelled_out() {
     let output = run(&folder, &arguments);
     succeeds(&output);
     let told = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
-    assert!(told.lines().count() == 3 && !told.contains('\u{1b}'), "{told:?}");
+    assert!(told.lines().count() == 4 && !told.contains('\u{1b}'), "{told:?}");
     assert!(told.contains("\\u{1b}[31m\\ny"), "{told:?}");
 }
