@@ -1,4 +1,4 @@
-//! Crossed cards, the plain way to draw a plant far away: upright quads through its middle, each
+//! Crossed cards, the plain way to draw a plant far away: upright quads through its trunk, each
 //! with a picture of the plant from its side, cut out where the plant is not.
 //!
 //! Normals point away from the plant's middle and towards the viewer, so that cards are lit as one
@@ -30,6 +30,8 @@ const CUTOFF: f32 = 0.5;
 /// Part of normals that points towards the viewer, if the part that points away from the middle is 1
 /// at the edge of a picture: with it, cards are as bright as an oak is in three.js.
 const FACING: f32 = 0.5;
+/// Part of the wood's height that is the foot of the trunk.
+const FOOT: f32 = 0.05;
 /// Views that coverage is compared in, their height above the horizon, and their field of view.
 const VIEWS: u32 = 6;
 const HEIGHT: f64 = 0.15;
@@ -43,7 +45,7 @@ const FOV_Y: f64 = 0.2;
 /// # Errors
 /// Those of [`draw_model`], such as a damaged texture.
 pub fn far_cards(model: &FoliageModel, impostor: &Impostor) -> Result<Plant> {
-    let cards = Cards::new(impostor);
+    let cards = Cards::new(impostor, foot(model));
     let options = DrawOptions { background: Background::Transparent, ..DrawOptions::default() };
     let side = FAR_PX as u32;
     let views = (0..VIEWS).map(|view| {
@@ -73,6 +75,8 @@ pub fn far_cards(model: &FoliageModel, impostor: &Impostor) -> Result<Plant> {
 /// Pictures of the plant and where they are.
 struct Cards<'a> {
     impostor: &'a Impostor,
+    /// Point above or below which all cards cross.
+    foot: Vec3,
     frames: Vec<u32>,
     /// Colour and coverage of the frames, one after another. What is not covered has the colours
     /// beside it, so that filtering leaves no dark seams.
@@ -80,7 +84,7 @@ struct Cards<'a> {
 }
 
 impl<'a> Cards<'a> {
-    fn new(impostor: &'a Impostor) -> Self {
+    fn new(impostor: &'a Impostor, foot: Vec3) -> Self {
         let frame = |card: u32| {
             let turn = PI * f64::from(card) / f64::from(CARDS);
             let around = impostor.lattice.around(Vec3::new(libm::sin(turn) as f32, 0.0, libm::cos(turn) as f32));
@@ -94,7 +98,7 @@ impl<'a> Cards<'a> {
         };
         let pages = Pages::of_frames(impostor.frame_px, of_frames(&impostor.color).zip(of_frames(&impostor.surface)));
         let texels = pages.levels.into_iter().next().map_or(Vec::new(), |level| level.color);
-        Self { impostor, frames, texels }
+        Self { impostor, foot, frames, texels }
     }
 
     /// The cards, of which texels are drawn from a coverage on.
@@ -137,11 +141,14 @@ impl<'a> Cards<'a> {
         let Impostor { lattice, center, half_side, .. } = self.impostor;
         let towards = lattice.direction(self.frames[card]);
         let [right, up] = Lattice::axes(towards);
-        let middle = 0.5_f32.clamp(low.x, high.x);
+        // Moved along the view, which does not change what is seen, to where the cards cross.
+        let from_center = self.foot - Vec3::from(*center);
+        let forwards = towards * from_center.dot(towards);
+        let middle = (0.5 + 0.5 * from_center.dot(right) / half_side).clamp(low.x, high.x);
         let corner = |[x, y]: [f32; 2], facing: f32| {
             let away = right * (2.0 * x - 1.0) + up * (1.0 - 2.0 * y);
             Vertex {
-                position: (Vec3::from(*center) + away * *half_side).to_array(),
+                position: (Vec3::from(*center) + away * *half_side + forwards).to_array(),
                 normal: (away + towards * facing).normalize_or(Vec3::Y).to_array(),
                 uv: ((Vec2::from(cell) + Vec2::new(x, y)) / ACROSS as f32).to_array(),
                 color: [1.0; 4],
@@ -154,6 +161,18 @@ impl<'a> Cards<'a> {
         let backs = [6, 8].into_iter().flat_map(|i| [i, i + 3, i + 2, i, i + 1, i + 3]);
         plant.push_leaf(&corners, &fronts.chain(backs).collect::<Vec<u32>>(), *center, 0);
     }
+}
+
+/// The middle of the foot of the trunk, at the height of the plant's centre; that centre of a plant
+/// without wood. Cards that cross elsewhere show several trunks.
+fn foot(model: &FoliageModel) -> Vec3 {
+    let center = model.sphere().center().as_vec3();
+    let heights = || model.wood.vertices.iter().map(|vertex| vertex.position[1]);
+    let [low, high] = [heights().fold(f32::INFINITY, f32::min), heights().fold(f32::NEG_INFINITY, f32::max)];
+    let is_low = |vertex: &&Vertex| vertex.position[1] <= low + FOOT * (high - low);
+    let lowest: Vec<Vec3> = model.wood.vertices.iter().filter(is_low).map(|vertex| vertex.position.into()).collect();
+    let sum = lowest.iter().map(|at| at.as_dvec3()).sum::<DVec3>();
+    if lowest.is_empty() { center } else { (sum / lowest.len() as f64).as_vec3().with_y(center.y) }
 }
 
 /// Box around what is drawn of a picture and one texel on each side, as fractions of it.

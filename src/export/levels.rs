@@ -17,7 +17,7 @@ const ROWS: f32 = 1080.0;
 const WOOD_ERROR_PX: f32 = 0.5;
 /// Least size of a leaf's picture in pixels, at that size, where enlarged leaves repeat it, and the
 /// least scale at which they do.
-const PICTURE_PX: f32 = 4.0;
+const PICTURE_PX: f32 = 6.0;
 const LEAST_REPEATED: f32 = 1.25;
 /// Steps of the search for that size.
 const STEPS: u32 = 40;
