@@ -4,18 +4,24 @@ use crate::{
     leaf::Vertex,
     plant::{Cell, Tiling},
 };
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
+
+/// Distance of equal vertices, as a part of the leaf's size and of the texture's.
+const EQUAL: f32 = 1e-5;
 
 /// Vertices and triangles of a leaf whose cards are cut where one picture ends and the next begins.
 pub(super) fn tiled(vertices: &[Vertex], indices: &[u32], tiling: &Tiling) -> (Vec<Vertex>, Vec<u32>) {
     let (mut kept, mut triangles): (Vec<Vertex>, Vec<u32>) = (Vec::new(), Vec::new());
+    let first = vertices.first().map_or(Vec3::ZERO, |vertex| vertex.position.into());
+    let reach = vertices.iter().map(|vertex| first.distance(vertex.position.into())).fold(0.0, f32::max);
     for cell in tiling.cells() {
         for triangle in indices.chunks_exact(3) {
             let mut polygon: Vec<Vertex> = triangle.iter().map(|&corner| vertices[corner as usize]).collect();
             for (axis, end) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 polygon = cut(&polygon, axis, cell.ends[end][axis], end == 1);
             }
-            let numbers: Vec<u32> = polygon.iter().map(|corner| number(&mut kept, shown(corner, &cell))).collect();
+            let numbers: Vec<u32> =
+                polygon.iter().map(|corner| number(&mut kept, shown(corner, &cell), EQUAL * reach)).collect();
             for i in 2..numbers.len() {
                 let corners = [numbers[0], numbers[i - 1], numbers[i]];
                 if corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0] {
@@ -65,9 +71,15 @@ fn shown(corner: &Vertex, cell: &Cell) -> Vertex {
     Vertex { uv, ..*corner }
 }
 
-/// The number of a vertex among those that are kept.
-fn number(kept: &mut Vec<Vertex>, vertex: Vertex) -> u32 {
-    let known = kept.iter().position(|known| *known == vertex);
+/// The number of a vertex among those that are kept. Neighbours compute a common one differently.
+fn number(kept: &mut Vec<Vertex>, vertex: Vertex, near: f32) -> u32 {
+    let is_same = |known: &Vertex| {
+        let uvs = [known.uv, vertex.uv].map(Vec2::from);
+        let normals = [known.normal, vertex.normal].map(Vec3::from);
+        let is_near = Vec3::from(known.position).distance(vertex.position.into()) <= near;
+        is_near && uvs[0].distance(uvs[1]) <= EQUAL && normals[0].distance(normals[1]) <= EQUAL
+    };
+    let known = kept.iter().position(is_same);
     known.unwrap_or_else(|| {
         kept.push(vertex);
         kept.len() - 1

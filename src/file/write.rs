@@ -176,7 +176,7 @@ mod tests {
         let [old, new] = ["old", "new"].map(|name| folder.path().join(name));
         fs::write(&old, b"before").unwrap();
         let held = [&old, &new].map(|path| kept(path).unwrap());
-        [&old, &new].map(|path| write_whole(path, b"after").unwrap());
+        [&old, &new].into_iter().for_each(|path| write_whole(path, b"after").unwrap());
         [&old, &new].into_iter().zip(held).for_each(|(path, held)| restore(path, held));
         assert_eq!(fs::read(&old).unwrap(), b"before");
         assert_eq!(names(folder.path()), ["old"]);
