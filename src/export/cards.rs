@@ -27,8 +27,8 @@ const CARDS: u32 = 3;
 const ACROSS: usize = 2;
 /// Alpha from which on a texel is drawn, which is what programs assume where none is given.
 const CUTOFF: f32 = 0.5;
-/// Part of normals that points towards the viewer, if the part that points away from the middle is 1
-/// at the edge of a picture: with it, cards are as bright as an oak is in three.js.
+/// Part of normals that points towards the viewer, where the part that points away from the middle
+/// is 1 at the edge of a picture: with it, cards of an oak are as bright in three.js as the oak is.
 const FACING: f32 = 0.5;
 /// Part of the wood's height that is the foot of the trunk.
 const FOOT: f32 = 0.05;

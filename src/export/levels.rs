@@ -47,8 +47,8 @@ impl Level {
         Self::of_leaves(model, leaves, size_px(leaves as f32 / all.max(1) as f32))
     }
 
-    /// The level of a valid model that has its first `leaves`, or all if it has fewer, shown from a
-    /// diameter on.
+    /// The level of a valid model that has its first `leaves`, or all if it has fewer, and that is
+    /// shown from a diameter on.
     pub fn of_leaves(model: &FoliageModel, leaves: u32, size_px: f32) -> Self {
         let all = model.leaves.len() as u32;
         let leaves = leaves.min(all);

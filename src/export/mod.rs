@@ -2,8 +2,8 @@
 //!
 //! The format is binary glTF 2.0 (`.glb`): of a plant, grown or imported, with [`write_glb`]; of a
 //! model, in a form that every viewer shows as the full tree and that keeps its continuous level of
-//! detail, with [`write_continuous`]. [Levels](Level) of a model are plants, the last of them may be
-//! [cards](far_cards) with its picture, in files of their own ([`write_level`]) or in one
+//! detail, with [`write_continuous`]. [Levels](Level) of a model are plants, and the last of them
+//! may be [cards](far_cards) with its picture, in files of their own ([`write_level`]) or in one
 //! ([`write_lods`]). A [`page`] draws a continuous glTF in any browser.
 
 mod buffer;
