@@ -31,8 +31,8 @@ pub struct Level {
     pub plant: Plant,
     /// Number of leaves.
     pub leaves: u32,
-    /// Diameter in pixels on a screen of 1080 rows from which on down it is shown. Infinite with all
-    /// leaves.
+    /// Diameter in pixels on a screen of 1080 rows from which on down it is shown; infinite with
+    /// all leaves.
     pub size_px: f32,
     /// Number of enlarged leaves that are cut into triangles since they show several pictures.
     pub tiled: u32,

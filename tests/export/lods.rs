@@ -144,6 +144,21 @@ fn leaves_that_repeat_their_picture_do_so_in_levels() {
 }
 
 #[test]
+fn four_levels_of_an_oak_and_its_cards_take_at_most_8_mb() {
+    let plant = grow(&Species::embedded("english-oak").unwrap(), &GrowOptions::default()).unwrap();
+    for grow_by in [GrowBy::Scale, GrowBy::Tile] {
+        let simplified = SimplifyOptions { resolution: 32, grow_by, ..SimplifyOptions::fast() };
+        let mut model = simplify(&plant, &simplified, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
+        model.order_wood();
+        let levels = [1.0, 0.33, 0.11, 0.03].map(|lod| Level::new(&model, lod).plant);
+        let bytes = |plant: &Plant| write_level(plant, &GlbOptions::default()).unwrap().len();
+        let all = levels.iter().map(bytes).sum::<usize>() + bytes(&cards(&model));
+        println!("{grow_by:?}: {all} bytes");
+        assert!(all <= 8_000_000, "{all} bytes");
+    }
+}
+
+#[test]
 fn smaller_textures_let_as_much_be_drawn() {
     let model = grown("betula-populifolia", 500);
     let decoded = |texture: &Texture| texture.decode().unwrap();

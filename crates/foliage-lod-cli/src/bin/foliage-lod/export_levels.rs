@@ -54,7 +54,11 @@ pub fn levels(args: &Export, model: &mut FoliageModel, steps: &mut Steps) -> Res
     resize(args.textures, model, steps)?;
     let curve = match &model.curve {
         Some(curve) => curve.clone(),
-        None => curves::measure(model)?,
+        None => {
+            let curve = curves::measure(model)?;
+            steps.done("curve", "measured how wrong the model looks with fewer leaves")?;
+            curve
+        }
     };
     let mut made: Vec<(Level, Value)> = Vec::new();
     for (number, level) in args.levels.iter().enumerate() {
