@@ -11,10 +11,12 @@ pub(super) fn keep_coverage(rgba: &mut [u8], cutoff: f32) {
         passing += 255 * texels[alpha];
         passing >= covered
     });
-    let factor = 255.0 * cutoff / least.unwrap_or(255) as f32;
+    let least = least.unwrap_or(255);
+    let factor = 255.0 * cutoff / least as f32;
     for alpha in rgba.iter_mut().skip(3).step_by(4) {
-        // Rounded up, as texels that are just covered enough have to pass.
-        *alpha = (f32::from(*alpha) * factor).ceil().min(255.0) as u8;
+        let scaled = f32::from(*alpha) * factor;
+        // Rounded so that texels that are just covered enough pass, and others do not.
+        *alpha = if usize::from(*alpha) >= least { scaled.ceil() } else { scaled.floor() }.min(255.0) as u8;
     }
 }
 
