@@ -11,7 +11,7 @@ use std::{
     path::Path,
 };
 #[cfg(feature = "write")]
-pub use write::{check_apart, check_writable, write_whole};
+pub use write::{check_apart, check_writable, write_all, write_whole};
 
 /// Opens a regular file. Anything else is rejected before it is opened, because opening a pipe
 /// without a writer would block forever.

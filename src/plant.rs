@@ -22,6 +22,8 @@ pub(crate) use cards::{Card, cards, rect};
 pub(crate) use convex::{Point, clipped, crossing, cut, is_convex, turn};
 pub use outline::{MAX_OUTLINES, OUTLINE_CORNERS, Outline};
 pub(crate) use outline::{Outlines, at_level, moved};
+#[cfg(feature = "simplify")]
+pub(crate) use tiles::Cell;
 pub use tiles::Tiles;
 #[cfg(feature = "software")]
 pub use tiles::Tiling;

@@ -4,15 +4,19 @@
 //! `FOLIAGE_REQUIRE_WEB=1` it fails.
 #![cfg(feature = "simplify")]
 
+#[path = "export/clients.rs"]
+mod clients;
 #[path = "common/glb.rs"]
 mod glb;
+#[path = "export/lods.rs"]
+mod lods;
 #[path = "common/node.rs"]
 mod node;
 
 use foliage_lod::{
     FoliageModel, LookAt, Plant,
     bounds::Aabb,
-    export::{GlbOptions, Level, write_continuous, write_level},
+    export::{GlbOptions, Level, write_continuous, write_level, write_lods},
     glam::{DVec3, Vec3},
     grow::{GrowOptions, Species, grow},
     import::{ImportOptions, load},
@@ -197,13 +201,17 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     } else {
         println!("skipped: FOLIAGE_TREES is not set");
     }
+    models.push(lods::hostile());
     let mut files = Vec::new();
     for (number, model) in models.iter().enumerate() {
         let level = Level::new(model, 0.2).plant;
+        let cards = lods::cards(model);
         let written = [
             write_continuous(model, &EXACT),
             write_continuous(model, &GlbOptions::default()),
             write_level(&level, &GlbOptions::default()),
+            write_level(&cards, &GlbOptions::default()),
+            write_lods(&[&level, &cards], &[0.1, 0.0], &GlbOptions::default()),
         ];
         for (kind, bytes) in written.into_iter().enumerate() {
             let path = folder.join(format!("{number}-{kind}.glb"));

@@ -21,11 +21,11 @@ const LAYERS: [&[&str]; 15] = [
     &["wood"],
     &["import", "grow", "model"],
     &["simplify", "extract", "stochastic"],
-    &["effects", "export"],
+    &["effects"],
     &["terrain"],
     &["scene", "draw"],
     &["software"],
-    &["gpu", "measure"],
+    &["gpu", "measure", "export"],
     &["internals", "numerics"],
 ];
 

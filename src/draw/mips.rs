@@ -83,6 +83,12 @@ impl Mips {
         })
     }
 
+    /// The finest level with no side above `side` texels.
+    #[cfg(feature = "simplify")]
+    pub(crate) fn within(&self, side: u32) -> Option<&Pixels> {
+        self.levels.iter().find(|level| level.width.max(level.height) <= side)
+    }
+
     /// Number of levels.
     pub(crate) fn count(&self) -> usize {
         self.levels.len()

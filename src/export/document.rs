@@ -7,7 +7,6 @@ use super::buffer::Buffer;
 use crate::{
     Error, Result,
     material::{AlphaMode, Material, Texture, Wrap},
-    plant::PlantOf,
 };
 use serde_json::{Value, json};
 
@@ -35,12 +34,11 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    pub(super) fn new<L>(plant: &'a PlantOf<L>) -> Self {
+    pub(super) fn new(materials: &'a [Material], textures: &'a [Texture]) -> Self {
         let generator = concat!("foliage-lod ", env!("CARGO_PKG_VERSION"));
         let json = json!({
             "asset": { "version": "2.0", "generator": generator },
         });
-        let PlantOf { materials, textures, .. } = plant;
         let written = vec![None; materials.len()];
         Self { materials, textures, buffer: Buffer::default(), json, written, used: Vec::new() }
     }
@@ -174,7 +172,7 @@ pub(super) fn push(array: &mut Value, item: Value) -> usize {
     })
 }
 
-fn position_or_push<T: PartialEq>(items: &mut Vec<T>, item: T) -> usize {
+pub(super) fn position_or_push<T: PartialEq>(items: &mut Vec<T>, item: T) -> usize {
     items.iter().position(|known| *known == item).unwrap_or_else(|| {
         items.push(item);
         items.len() - 1

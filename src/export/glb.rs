@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 /// to PNG; other textures are copied unchanged.
 pub fn write_glb(plant: &Plant) -> Result<Vec<u8>> {
     plant.validate()?;
-    let mut document = Document::new(plant);
+    let mut document = Document::new(&plant.materials, &plant.textures);
     add_wood(&mut document, plant);
     add_leaves(&mut document, plant);
     add_scene(&mut document);

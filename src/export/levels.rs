@@ -1,7 +1,9 @@
 //! Discrete levels of a model as plants of their own, for engines that know nothing else.
 
+use super::tiled::tiled;
 use crate::{
     FoliageModel, Plant,
+    bounds::Aabb,
     extract::{CookLambda, LodPolicy, Sight, Swap, sight::REFERENCE_FOV_Y},
     leaf::Vertex,
     plant::{Wood, WoodPart},
@@ -13,6 +15,10 @@ use glam::Vec3;
 const ROWS: f32 = 1080.0;
 /// Error of the wood in pixels, at the largest size that a level is shown at.
 const WOOD_ERROR_PX: f32 = 0.5;
+/// Least size of a leaf's picture in pixels, at that size, where enlarged leaves repeat it, and the
+/// least scale at which they do.
+const PICTURE_PX: f32 = 6.0;
+const LEAST_REPEATED: f32 = 1.25;
 /// Steps of the search for that size.
 const STEPS: u32 = 40;
 /// Least and most distances that it is looked for at, in radii.
@@ -25,18 +31,28 @@ pub struct Level {
     pub plant: Plant,
     /// Number of leaves.
     pub leaves: u32,
-    /// Diameter in pixels on a screen of 1080 rows from which on down it is shown: where Cook's
-    /// policy asks for as many leaves. Infinite with all leaves.
+    /// Diameter in pixels on a screen of 1080 rows from which on down it is shown; infinite with
+    /// all leaves.
     pub size_px: f32,
+    /// Number of enlarged leaves that are cut into triangles since they show several pictures.
+    pub tiled: u32,
 }
 
 impl Level {
-    /// The level of a valid model that has the share `lod` of its leaves, and at least one.
-    /// Enlarged leaves that would show several pictures show one.
+    /// The level of a valid model that has the share `lod` of its leaves, and at least one, shown
+    /// from where Cook's policy asks for as many leaves.
     pub fn new(model: &FoliageModel, lod: f64) -> Self {
         let all = model.leaves.len() as u32;
         let leaves = ((lod * f64::from(all)).ceil() as u32).clamp(1.min(all), all);
-        let size_px = if leaves < all { size_px(leaves as f32 / all as f32) } else { f32::INFINITY };
+        Self::of_leaves(model, leaves, size_px(leaves as f32 / all.max(1) as f32))
+    }
+
+    /// The level of a valid model that has its first `leaves`, or all if it has fewer, and that is
+    /// shown from a diameter on.
+    pub fn of_leaves(model: &FoliageModel, leaves: u32, size_px: f32) -> Self {
+        let all = model.leaves.len() as u32;
+        let leaves = leaves.min(all);
+        let size_px = if leaves < all { size_px } else { f32::INFINITY };
         let mut swap = Swap::new(model);
         swap.set_active(leaves);
         let wood = wood(model, 2.0 * model.sphere().radius as f32 * WOOD_ERROR_PX / size_px);
@@ -47,19 +63,34 @@ impl Level {
         }
         let mut plant =
             Plant { name: model.name.clone(), wood, materials, textures: model.textures.clone(), ..Plant::default() };
+        let mut cut = 0;
+        let px = size_px / (2.0 * model.sphere().radius as f32);
         for (leaf, &scale) in model.leaves.iter().zip(&swap.scales()[..leaves as usize]) {
             let pivot = Vec3::from(leaf.pivot);
             let scaled = |vertex: &Vertex| {
                 let position = pivot + scale * (Vec3::from(vertex.position) - pivot);
                 Vertex { position: position.to_array(), ..*vertex }
             };
-            let vertices: Vec<Vertex> = model.vertices[leaf.geometry().vertex_range()].iter().map(scaled).collect();
+            let mut vertices: Vec<Vertex> = model.vertices[leaf.geometry().vertex_range()].iter().map(scaled).collect();
             let own = &model.indices[leaf.geometry().index_range()];
-            let indices: Vec<u32> = own.iter().map(|index| index - leaf.vertices[0]).collect();
+            let mut indices: Vec<u32> = own.iter().map(|index| index - leaf.vertices[0]).collect();
+            // Of pictures that are too small to be seen as such, fewer and larger ones do.
+            let repeated = scale * (size(&vertices) / scale * px / PICTURE_PX).min(1.0);
+            let tiles = model.tiles(leaf).filter(|_| repeated >= LEAST_REPEATED);
+            if let Some(tiling) = tiles.and_then(|tiles| tiles.at(repeated)) {
+                (vertices, indices) = tiled(&vertices, &indices, &tiling);
+                cut += 1;
+            }
             plant.push_leaf(&vertices, &indices, leaf.pivot, leaf.material);
         }
-        Self { plant, leaves, size_px }
+        Self { plant, leaves, size_px, tiled: cut }
     }
+}
+
+/// Size of a card: what its corners span, over the diagonal of a square.
+fn size(vertices: &[Vertex]) -> f32 {
+    let all = Aabb::of_points(vertices.iter().map(|vertex| vertex.position));
+    Vec3::from(all.max).distance(all.min.into()) * std::f32::consts::FRAC_1_SQRT_2
 }
 
 /// Diameter in pixels at which Cook's policy asks for a share of the leaves.

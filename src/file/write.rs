@@ -9,7 +9,7 @@ use std::{
     io::{self, ErrorKind, Write},
     path::{Path, PathBuf},
 };
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempPath};
 
 /// Creates the file at `path` with the content `bytes`, or replaces it atomically.
 ///
@@ -20,13 +20,66 @@ use tempfile::NamedTempFile;
 /// [`Error::Io`] when the folder does not exist or is not writable, when `path` is read-only or not
 /// a regular file, or when the disk is full.
 pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
-    let path = path.as_ref();
-    let failed = |source| Error::io(path, source);
-    let (mut file, target) = temporary_beside(path)?;
-    file.as_file_mut().write_all(bytes).map_err(failed)?;
-    file.as_file().sync_all().map_err(failed)?;
-    file.persist(target).map_err(|error| failed(error.error))?;
+    write_all(&[(path, bytes)])
+}
+
+/// Creates or replaces several files as [`write_whole`] does: all, or none of them. If one cannot
+/// be replaced, those before it get back what they held, and those that are new are removed.
+///
+/// # Errors
+/// As [`write_whole`], for the first file that fails.
+pub fn write_all(files: &[(impl AsRef<Path>, impl AsRef<[u8]>)]) -> Result<()> {
+    let mut written = Vec::new();
+    for (path, bytes) in files {
+        let path = path.as_ref();
+        let failed = |source| Error::io(path, source);
+        let (mut file, target) = temporary_beside(path)?;
+        file.as_file_mut().write_all(bytes.as_ref()).map_err(failed)?;
+        file.as_file().sync_all().map_err(failed)?;
+        written.push((path, file, target));
+    }
+    let mut replaced: Vec<(PathBuf, Option<TempPath>)> = Vec::new();
+    let is_only = written.len() == 1;
+    for (path, file, target) in written {
+        // Of one file there is nothing to give back.
+        let kept = if is_only { Ok(None) } else { kept(&target) };
+        let done = kept.and_then(|kept| file.persist(&target).map(|_| kept).map_err(|error| error.error));
+        match done {
+            Ok(kept) => replaced.push((target, kept)),
+            Err(error) => {
+                replaced.into_iter().for_each(|(target, kept)| restore(&target, kept));
+                return Err(Error::io(path, error));
+            }
+        }
+    }
     Ok(())
+}
+
+/// What a file holds, under a name that is removed when dropped; `None` if there is no such file.
+fn kept(target: &Path) -> io::Result<Option<TempPath>> {
+    if !target.exists() {
+        return Ok(None);
+    }
+    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let kept = builder().make_in(folder, |name| {
+        // Some file systems have no second names.
+        fs::hard_link(target, name).or_else(|_| fs::copy(target, name).map(drop))
+    })?;
+    Ok(Some(kept.into_temp_path()))
+}
+
+/// Undoes a replacement, as far as that is possible.
+fn restore(target: &Path, kept: Option<TempPath>) {
+    let _ = match kept {
+        Some(kept) => kept.persist(target).map_err(|error| error.error),
+        None => fs::remove_file(target),
+    };
+}
+
+fn builder() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".foliage-lod-").suffix(".part");
+    builder
 }
 
 /// Checks that [`write_whole`] can write to `path`, so that a long computation does not fail at the
@@ -72,8 +125,7 @@ fn temporary_beside(path: &Path) -> Result<(NamedTempFile, PathBuf)> {
     if !folder.is_dir() {
         return refused(ErrorKind::NotFound, "its folder does not exist; create it first");
     }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".foliage-lod-").suffix(".part");
+    let mut builder = builder();
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let file = builder.tempfile_in(folder).map_err(|error| {
@@ -101,6 +153,33 @@ mod tests {
         }
         check_writable(&path).unwrap();
         assert_eq!(names(folder.path()), ["a.vds"]);
+    }
+
+    #[test]
+    fn of_several_files_all_are_written_or_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let [old, new, last] = ["old", "new", "last"].map(|name| folder.path().join(name));
+        fs::write(&old, b"before").unwrap();
+        let files = [(&old, &b"1"[..]), (&new, b"2"), (&last, b"3")];
+        fs::create_dir(&last).unwrap();
+        assert!(write_all(&files).is_err());
+        assert_eq!((fs::read(&old).unwrap(), new.exists()), (b"before".to_vec(), false));
+        fs::remove_dir(&last).unwrap();
+        write_all(&files).unwrap();
+        assert_eq!([&old, &new, &last].map(|path| fs::read(path).unwrap()), [b"1", b"2", b"3"]);
+        assert_eq!(names(folder.path()).len(), 3);
+    }
+
+    #[test]
+    fn what_was_replaced_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let [old, new] = ["old", "new"].map(|name| folder.path().join(name));
+        fs::write(&old, b"before").unwrap();
+        let held = [&old, &new].map(|path| kept(path).unwrap());
+        [&old, &new].into_iter().for_each(|path| write_whole(path, b"after").unwrap());
+        [&old, &new].into_iter().zip(held).for_each(|(path, held)| restore(path, held));
+        assert_eq!(fs::read(&old).unwrap(), b"before");
+        assert_eq!(names(folder.path()), ["old"]);
     }
 
     #[test]

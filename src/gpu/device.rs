@@ -43,8 +43,8 @@ pub struct GpuDevice {
 }
 
 impl GpuDevice {
-    /// Opens an adapter with its full limits, and with wireframe drawing and [timestamps](FrameTimer)
-    /// if it supports them.
+    /// Opens an adapter with its full limits, and with wireframe drawing and
+    /// [timestamps](FrameTimer) if it supports them.
     ///
     /// # Errors
     /// [`Error::Gpu`] if no driver or no matching adapter is found, or if the adapter cannot be

@@ -8,7 +8,7 @@ use crate::{
     model::FoliageModel,
     software::{DrawList, Painter, model_toning},
 };
-use std::str::FromStr;
+use std::{fmt, str::FromStr};
 
 /// A measure of [`Quality`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,6 +69,17 @@ impl FromStr for Target {
     }
 }
 
+impl fmt::Display for Target {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let measure = match self.measure {
+            Measure::Ssim => "ssim",
+            Measure::Rmse => "rmse",
+            Measure::Xor => "xor",
+        };
+        write!(out, "{measure}={}@{}", self.bound, self.pixels)
+    }
+}
+
 impl Target {
     /// Whether `quality` meets the bound.
     pub fn holds(&self, quality: &Quality) -> bool {
@@ -107,9 +118,17 @@ impl Target {
     pub fn reach(&self, plant: &Plant, model: &FoliageModel) -> Result<Reached> {
         let reference = Reference::new(plant, self.pixels)?;
         let painter = Painter::new(&model.materials, &model.textures)?;
-        let leaves = model.leaves.len() as u32;
         let tone = model_toning(model, &Lighting::default())?;
-        let quality = |n: u32| reference.quality(&painter, DrawList::of_model(model, n as usize), tone);
+        self.fewest(model.leaves.len() as u32, &mut |n| {
+            reference.quality(&painter, DrawList::of_model(model, n as usize), tone)
+        })
+    }
+
+    /// The fewest of `leaves` with which `quality` meets the bound, as of [`reach`](Self::reach).
+    ///
+    /// # Errors
+    /// Those of `quality`.
+    pub fn fewest(&self, leaves: u32, quality: &mut dyn FnMut(u32) -> Result<Quality>) -> Result<Reached> {
         let (mut too_few, mut enough) = (0, Reached { leaves, quality: quality(leaves)? });
         while too_few + 1 < enough.leaves {
             let middle = (too_few + enough.leaves) / 2;
@@ -133,6 +152,7 @@ mod tests {
     fn targets_are_read_and_others_refused_in_one_line() {
         let target = Target { measure: Measure::Ssim, bound: 0.9, pixels: 200 };
         assert_eq!("ssim=0.9@200".parse::<Target>().unwrap(), target);
+        assert_eq!(target.to_string(), "ssim=0.9@200");
         assert_eq!("xor=0.02@64px".parse::<Target>().unwrap().measure, Measure::Xor);
         for text in ["", "ssim", "ssim=.9", "psnr=3@200", "rmse=NaN@200", "rmse=-1@200", "ssim=.9@4", "ssim=.9@big"] {
             let error = text.parse::<Target>().unwrap_err().to_string();

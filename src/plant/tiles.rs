@@ -109,6 +109,50 @@ impl Tiling {
     }
 }
 
+/// A part of the rectangle that shows one whole picture: its lowest and highest texture
+/// coordinates, and those that are shown there.
+#[cfg(feature = "simplify")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cell {
+    pub(crate) ends: [[f32; 2]; 2],
+    pub(crate) shown: [[f32; 2]; 2],
+}
+
+#[cfg(feature = "simplify")]
+impl Tiling {
+    /// All parts, column by column.
+    pub(crate) fn cells(&self) -> impl Iterator<Item = Cell> {
+        self.u.spans().flat_map(|(u, is_odd)| {
+            self.v[usize::from(is_odd)].spans().map(move |(v, _)| Cell {
+                ends: [0, 1].map(|end| [u.ends[end], v.ends[end]]),
+                shown: [0, 1].map(|end| [u.shown[end], v.shown[end]]),
+            })
+        })
+    }
+}
+
+/// What a picture takes up along one axis.
+#[cfg(feature = "simplify")]
+struct Span {
+    ends: [f32; 2],
+    shown: [f32; 2],
+}
+
+#[cfg(feature = "simplify")]
+impl Axis {
+    /// The pictures, and whether each one's number is odd.
+    fn spans(&self) -> impl Iterator<Item = (Span, bool)> {
+        let uv = |at: f32| self.low + (at - self.edge) / self.per_uv;
+        (0..=self.more).map(move |index| {
+            let start = if index == 0 { self.low } else { uv(self.first + index as f32) };
+            let end = if index == self.more { self.low + self.size } else { uv(self.first + index as f32 + 1.0) };
+            let is_odd = (self.first as i32 + index) & 1 == 1;
+            let [low, high] = [self.low, self.low + self.size];
+            (Span { ends: [start, end], shown: if is_odd { [high, low] } else { [low, high] } }, is_odd)
+        })
+    }
+}
+
 /// Pictures along one axis. Lengths are in pictures, from the lower edge of the first one, which is
 /// number 0.
 #[cfg(feature = "software")]
@@ -231,6 +275,25 @@ mod tests {
                 }
             }
             prop_assert!(shown.iter().all(|&quarter| quarter.abs_diff(steps / 4) < steps / 100), "{:?}", shown);
+        }
+
+        #[test]
+        fn cells_show_what_tiles_show(
+            anchor in [0.0_f32..=1.0, 0.0_f32..=1.0], scale in 1.01_f32..6.0, at in [0.0_f32..1.0, 0.0_f32..1.0],
+        ) {
+            let tiling = Tiles { low: [0.25, 0.5], size: [0.5, 0.25], anchor }.at(scale).unwrap();
+            let uv = [0.25 + 0.5 * at[0], 0.5 + 0.25 * at[1]];
+            let is_in = |cell: &Cell| (0..2).all(|i| cell.ends[0][i] <= uv[i] && uv[i] < cell.ends[1][i]);
+            let cells: Vec<Cell> = tiling.cells().filter(is_in).collect();
+            prop_assert_eq!(cells.len(), 1);
+            let [[low, high], shown] = [cells[0].ends, cells[0].shown];
+            let mixed = |i: usize| {
+                let part = (uv[i] - low[i]) / (high[i] - low[i]);
+                shown[0][i] + part * (shown[1][i] - shown[0][i])
+            };
+            let expected = tiling.shown(uv);
+            let is_near_edge = (0..2).any(|i| (uv[i] - low[i]).min(high[i] - uv[i]) < 1e-4);
+            prop_assert!(is_near_edge || (0..2).all(|i| (mixed(i) - expected[i]).abs() < 2e-3), "{expected:?}");
         }
 
         #[test]

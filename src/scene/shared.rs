@@ -44,8 +44,8 @@ struct Hidden {
 
 /// A budget, for [`Grove::select_within`](super::Grove::select_within).
 pub struct SharedBudget {
-    /// Number of leaves for all plants in view, or of [triangles](Self::with_triangles). For a time,
-    /// set it each frame to the leaves of a [`Pace`](super::budget::Pace).
+    /// Number of leaves for all plants in view, or of [triangles](Self::with_triangles). For a
+    /// time, set it each frame to the leaves of a [`Pace`](super::budget::Pace).
     pub amount: f64,
     /// When plants are handed over to impostors: those of which no leaf shows take nothing. `None`
     /// if there are no impostors.
@@ -86,8 +86,8 @@ impl SharedBudget {
     }
 
     /// With an amount that counts triangles: of leaves by their model's mean, of wood that may be
-    /// `wood_error_px` off (see [`Look`](crate::Look)), and two of an impostor. The models are those
-    /// that the budget is for. O(triangles log triangles).
+    /// `wood_error_px` off (see [`Look`](crate::Look)), and two of an impostor. The models are
+    /// those that the budget is for. O(triangles log triangles).
     pub fn with_triangles(self, models: &[FoliageModel], wood_error_px: f32) -> Self {
         let of_models = models.iter().map(Triangles::new).collect();
         Self { triangles: Some((of_models, wood_error_px)), ..self }

@@ -589,40 +589,6 @@ fn an_output_that_is_not_named_like_a_model_is_refused_before_the_work() {
     assert!(names(&folder).is_empty());
 }
 
-#[test]
-fn a_model_is_exported_for_viewers_engines_and_browsers() {
-    let folder = folder_with_model();
-    let told = json(&run(&folder, &["export", "a.vds", "-o", "a.glb", "--json"]));
-    assert_has_keys(&told, &["leaves", "files", "seconds"]);
-    assert_has_keys(&told["files"][0], &["path", "kind", "leaves", "triangles", "bytes"]);
-    assert_eq!(told["files"][0]["leaves"], 200);
-    assert!(fs::read(folder.path().join("a.glb")).unwrap().starts_with(b"glTF"));
-    let told = json(&run(&folder, &["export", "a.vds", "-o", "a.glb", "--levels", "1,0.25", "--json"]));
-    assert_eq!((&told["files"][1]["leaves"], told["files"].as_array().unwrap().len()), (&Value::from(50), 3));
-    let lods: Value = serde_json::from_slice(&fs::read(folder.path().join("a_lods.json")).unwrap()).unwrap();
-    assert_eq!(lods["levels"][1]["file"], "a_LOD1.glb");
-    assert_has_keys(&lods["levels"][1], &["triangles", "wood_triangles", "size_px", "wrong_px"]);
-    assert!(run(&folder, &["export", "a.vds", "-o", "a.html"]).status.success());
-    assert!(fs::read_to_string(folder.path().join("a.html")).unwrap().starts_with("<!doctype html>"));
-    let before = names(&folder);
-    for (arguments, says) in [
-        (&["export", "a.vds", "-o", "b.fbx"][..], "b.glb, or a page (.html)"),
-        (&["export", "a.vds", "-o", "b.html", "--levels", "1"], "b.glb"),
-        (&["export", "a.glb", "-o", "a.glb"], "a.glb"),
-        (&["export", "a_LOD0.glb", "-o", "a.glb", "--levels", "0.5"], "a_LOD0.glb"),
-        (&["export", "a.vds", "-o", "b.glb", "--scale", "0"], "scale"),
-        (&["export", "a.vds", "-o", "b.glb", "--scale", "1e-46"], "scale"),
-        (&["export", "a.vds", "-o", "b.glb", "--up", "z"], "--z-up"),
-        (&["export", "a.vds", "-o", "b.glb", "--preset", "fast"], "--preset"),
-        (&["export", "none.vds", "-o", "b.glb"], "none.vds"),
-    ] {
-        let output = run(&folder, arguments);
-        let line = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(!output.status.success() && line.lines().count() == 1 && line.contains(says), "{line}");
-    }
-    assert_eq!(names(&folder), before);
-}
-
 /// OBJ text of `count` groups, each a card of its own.
 fn groups(count: usize) -> String {
     let card = |i: usize| format!("g card.{i}\nv {i} 0 0\nv {i} 1 0\nv {i} 1 1\nv {i} 0 1\nf -4 -3 -2 -1\n");

@@ -98,7 +98,7 @@ fn table(page: &mut String, rows: &[SmallRow]) {
          that neither the simplification nor the impostor used, from level to 40 degrees above. The prefix has as \
          many leaves as the default policy draws, or the fewest with at most the impostor's RMSE; both is the middle \
          of the hand-over. The three levels are the model's own prefixes of 100, 30 and 5 %, as meshes without tone \
-         and tiles; the crossed cards are three quads with the impostor's pictures from the side, lit like leaves and \
+         and tiles; the crossed cards are three quads, as they are exported, with the impostor's pictures from the side, lit like leaves and \
          as bright as the plant on average. Colour is the largest difference of a channel of the mean on the sRGB \
          scale; change is the RMSE between views one degree apart, to be compared with that of every leaf; frames show \
          four plants. MB are buffers and textures on the GPU with their mip levels.</p></details>",

@@ -9,11 +9,12 @@
 //!
 //! Limits: one model and one light; frames of four plants, in which fixed costs count as well.
 
-use super::{crossed::crossed, far::encoded, frames::median, study::FRONT};
+use super::{far::encoded, frames::median, study::FRONT};
 use foliage_lod::{
     Camera, Error, FoliageModel, FoliageRenderer, Instance, Look, LookAt, Plant, Result,
     bounds::Sphere,
     draw::ModelId,
+    export::far_cards,
     extract::{Blend, Far, LodPolicy, REFERENCE_FOV_Y, Sight, fewest_leaves, leaf_count},
     gpu::{GpuDevice, Offscreen, TARGET, guarded},
     measure::{self, Comparison, Quality},
@@ -117,8 +118,10 @@ pub fn measure(
     };
     let levels: Vec<FoliageModel> =
         LEVELS.iter().map(|&level| shuffled(&at_level(model, level), 0)).collect::<Result<_>>()?;
-    let plain = shuffled(&crossed(impostor, 1.0)?, 0)?;
-    let cards = shuffled(&crossed(impostor, gain(model, &plain)?)?, 0)?;
+    let mut cards = far_cards(model, impostor)?;
+    let gain = gain(model, &shuffled(&cards, 0)?)?;
+    cards.materials.iter_mut().for_each(|material| material.base_color = [gain, gain, gain, 1.0]);
+    let cards = shuffled(&cards, 0)?;
     let models: Vec<&FoliageModel> = [model].into_iter().chain(&levels).chain([&cards]).collect();
     let drawer = Drawer::new(&models)?;
     let mut timer = gpu.and_then(|gpu| guarded(|| Timer::new(gpu, &models)).ok());

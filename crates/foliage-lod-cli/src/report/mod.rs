@@ -6,7 +6,6 @@
 //! ```
 
 mod budget_section;
-mod crossed;
 pub mod dolly;
 pub mod far;
 pub mod frames;

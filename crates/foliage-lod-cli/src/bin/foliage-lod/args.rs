@@ -4,7 +4,6 @@ use crate::failure::Failure;
 use clap::{Parser, Subcommand};
 use foliage_lod::{
     effects::FadeBy,
-    import::{Group, ImportOptions, Up, VertexColors},
     scene::{Amount, BudgetEntry},
     simplify::{Compensate, Criterion, GrowBy, SimplifyOptions},
     software::{BakeOptions, MAX_IMAGE_SIDE},
@@ -12,7 +11,7 @@ use foliage_lod::{
 };
 use std::path::PathBuf;
 
-pub use crate::names::*;
+pub use crate::{export_args::Export, import_args::Import, names::*};
 
 /// Continuous level of detail for trees, leaf by leaf.
 ///
@@ -200,42 +199,6 @@ pub struct Simplify {
     pub json: bool,
 }
 
-/// `foliage-lod export`.
-#[derive(Parser)]
-pub struct Export {
-    /// The model (.vds), or a tree to simplify first: .glb, .gltf or .obj.
-    pub input: PathBuf,
-    /// File to write: a glTF that every viewer shows as the full tree, and that keeps the
-    /// continuous level of detail for readers of docs/CONTINUOUS_GLTF.md; or a page (.html) that
-    /// draws it in a browser, without a network.
-    #[arg(short, long, value_name = "OUT.glb|OUT.html")]
-    pub output: PathBuf,
-    /// Write a plain glTF for each of these shares of the leaves instead, OUT_LOD0.glb and so on,
-    /// and OUT_lods.json with their numbers.
-    #[arg(long, value_name = "SHARE,...", value_delimiter = ',', value_parser = share)]
-    pub levels: Vec<f64>,
-    /// Keep every bit instead of 16 bits a coordinate.
-    #[arg(long)]
-    pub exact: bool,
-    /// Turn the tree so that Z points up in programs that do not turn glTF, whose up is Y.
-    #[arg(long)]
-    pub z_up: bool,
-    /// Factor of all lengths.
-    #[arg(long, default_value_t = 1.0)]
-    pub scale: f64,
-    /// Preset that a tree is simplified with; balanced by default.
-    #[arg(long, value_enum)]
-    pub preset: Option<Preset>,
-    #[command(flatten)]
-    pub import: Import,
-    /// Processor that captures the fragments of a tree; auto uses a hardware GPU if there is one.
-    #[arg(long, value_enum, default_value_t = Raster::Auto)]
-    pub raster: Raster,
-    /// Print one JSON object instead of a line per step.
-    #[arg(long)]
-    pub json: bool,
-}
-
 /// `foliage-lod bake`.
 #[derive(Parser)]
 pub struct Bake {
@@ -268,32 +231,6 @@ pub struct Inspect {
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
-}
-
-/// How a tree file is split into leaves.
-#[derive(Parser)]
-pub struct Import {
-    /// Names of the foliage: materials, meshes, or nodes with all below them. Repeatable, or with
-    /// commas; * stands for any letters. By default it is guessed.
-    #[arg(long, value_name = "NAME,...")]
-    pub leaves: Vec<String>,
-    /// How connected pieces are grouped into leaves.
-    #[arg(long, value_parser = variant::<Group>(), default_value_t)]
-    pub group: Group,
-    /// Name of the node or object to take, with all below it, where a file has several plants; '*'
-    /// takes everything, also coarser levels of detail, hidden nodes and ground.
-    #[arg(long, value_name = "NAME")]
-    pub plant: Option<String>,
-    /// Use of the vertex colours.
-    #[arg(long, value_parser = variant::<VertexColors>(), default_value_t)]
-    pub vertex_colors: VertexColors,
-    /// Axis of the file that points up.
-    #[arg(long, value_parser = variant::<Up>(), default_value_t)]
-    pub up: Up,
-    /// Alpha from 0 to 1 at or above which cut-out materials are drawn; by default the file's
-    /// cutoff or, for blended materials, half of their largest alpha.
-    #[arg(long, value_name = "ALPHA")]
-    pub alpha_cutoff: Option<f32>,
 }
 
 /// `foliage-lod grow`.
@@ -462,21 +399,6 @@ impl Simplify {
     }
 }
 
-impl Import {
-    /// The library's options.
-    pub fn options(&self) -> ImportOptions {
-        ImportOptions {
-            leaves: self.leaves.clone(),
-            group: self.group,
-            plant: self.plant.clone(),
-            vertex_colors: self.vertex_colors,
-            up: self.up,
-            alpha_cutoff: self.alpha_cutoff,
-            max_memory_mb: None,
-        }
-    }
-}
-
 impl Report {
     /// Number of methods that `--against` adds.
     pub fn against_methods(&self) -> usize {
@@ -495,16 +417,6 @@ fn frames(text: &str) -> Result<Frames, String> {
     let options = BakeOptions { across, frame_px, ..BakeOptions::default() };
     options.check().map_err(|error| error.to_string())?;
     Ok(Frames(options))
-}
-
-/// Parses a fraction above 0 and at most 1.
-fn share(text: &str) -> Result<f64, String> {
-    let share: f64 = text.parse().map_err(|_| "write numbers such as 0.5,0.15")?;
-    if share > 0.0 && share <= 1.0 {
-        Ok(share)
-    } else {
-        Err("a fraction of the leaves must be above 0 and at most 1".into())
-    }
 }
 
 /// Parses `WxH`.

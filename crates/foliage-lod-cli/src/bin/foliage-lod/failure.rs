@@ -63,10 +63,11 @@ const FLAGS: [(&str, &str); 10] = [
     ("VertexColors::Ignore", "--vertex-colors ignore"),
 ];
 /// Library fields whose flag is the same name, spelled with dashes.
-const FIELDS: [&str; 13] = [
+const FIELDS: [&str; 14] = [
     "alpha_cutoff",
     "group",
     "leaves",
+    "levels",
     "lod",
     "intrinsic",
     "max_scale",
@@ -123,7 +124,13 @@ pub fn tell_panics_of_drivers_once() {
 
 /// Prints one line to stderr. If that fails too, the line is lost.
 pub fn complain(text: impl Display) {
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(std::io::stderr(), "{}", visible(&text.to_string()));
+}
+
+/// A line in which control characters, which names in files may have, are spelled out.
+pub fn visible(text: &str) -> String {
+    let spelled = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(spelled).collect()
 }
 
 /// The first paragraph of clap's message, which names the argument and its possible values.

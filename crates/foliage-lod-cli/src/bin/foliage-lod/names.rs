@@ -19,6 +19,16 @@ where
     PossibleValuesParser::new(T::VARIANTS.iter().map(value)).try_map(|name| name.parse())
 }
 
+/// Parses a fraction above 0 and at most 1.
+pub fn share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|_| "write numbers such as 0.5,0.15")?;
+    if share > 0.0 && share <= 1.0 {
+        Ok(share)
+    } else {
+        Err("a fraction of the leaves must be above 0 and at most 1".into())
+    }
+}
+
 /// Presets of the simplification.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum Preset {

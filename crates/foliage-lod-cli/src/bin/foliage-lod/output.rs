@@ -1,6 +1,6 @@
 //! Output on stdout: a line per step, or one JSON object at the end.
 
-use crate::failure::{Failure, with_flags};
+use crate::failure::{Failure, visible, with_flags};
 use foliage_lod::{
     Error,
     import::Warning,
@@ -47,7 +47,7 @@ impl Steps {
     pub fn done(&mut self, step: &str, result: impl Display) -> Result<f64, Failure> {
         let seconds = self.step_started.elapsed().as_secs_f64();
         if !self.is_silent {
-            match line(format_args!("{step:<9} {result}  [{seconds:.2} s]")) {
+            match line(visible(&format!("{step:<9} {result}  [{seconds:.2} s]"))) {
                 Err(Failure::ReaderGone) => self.is_silent = true,
                 told => told?,
             }

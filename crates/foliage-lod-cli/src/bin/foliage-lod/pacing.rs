@@ -45,7 +45,8 @@ pub struct Settled {
 /// tells it, else from the first command to the finished picture. The scene keeps the leaves.
 ///
 /// # Errors
-/// [`Error::InvalidOption`] with the CPU's drawer; [`Error::Gpu`] without an adapter or if it fails.
+/// [`Error::InvalidOption`] with the CPU's drawer; [`Error::Gpu`] without an adapter or if it
+/// fails.
 pub fn settle(
     args: &args::Render,
     opened: &mut Opened,
