@@ -40,7 +40,7 @@ const NEAR_RADII: f64 = 1e-2;
 const HAZE_RADII: [f64; 2] = [160.0, 8.0];
 
 /// Leaves that a budget of milliseconds begins with.
-const FIRST_LEAVES: f64 = 1e5;
+pub const FIRST_LEAVES: f64 = 1e5;
 
 /// A scene with its models.
 pub struct Opened {

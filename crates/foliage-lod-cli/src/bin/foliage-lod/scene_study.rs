@@ -2,12 +2,19 @@
 //! a scene.
 
 use crate::{
-    args, budget_study, failure::Failure, interrupt, output::Steps, progress::spinning, scene::Opened, staging::Shown,
+    args, budget_study,
+    failure::{Failure, complain},
+    interrupt,
+    output::Steps,
+    progress::spinning,
+    scene::{FIRST_LEAVES, Opened},
+    staging::Shown,
 };
 use foliage_lod::{
     Error, Frame,
     draw::gpu_bytes,
     gpu::{GpuDevice, guarded},
+    scene::{Amount, BudgetEntry},
 };
 use foliage_lod_cli::report::{
     page::SceneReport,
@@ -39,6 +46,12 @@ pub fn study(
         return Err(Error::Gpu { reason, fix }.into());
     };
     let mut opened = Opened::open(path, None, steps)?;
+    if let Some(BudgetEntry { amount: Amount::Ms(_), .. }) = opened.file.budget {
+        complain(format_args!(
+            "warning: the scene's budget of milliseconds is measured as {} leaves; give it leaves or triangles",
+            HumanCount(FIRST_LEAVES as u64)
+        ));
+    }
     opened.bake(steps)?;
     let shots: Vec<Shot> = (0..SHOTS)
         .map(|i| shot(&mut opened, f64::from(i) * SECONDS_BETWEEN, args.size))
