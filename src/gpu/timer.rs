@@ -5,25 +5,25 @@ use std::sync::{
     atomic::{AtomicU8, Ordering},
 };
 
-/// Frames whose times are not read yet, at most; others are not timed.
+/// Most frames whose times are not read yet; further ones are not timed.
 const FRAMES: usize = 8;
 /// Bytes of the two timestamps of a frame.
 const BYTES: wgpu::BufferAddress = 2 * wgpu::QUERY_SIZE as wgpu::BufferAddress;
 
-/// Nothing is in a slot.
+/// State of a slot that is not in use.
 const FREE: u8 = 0;
-/// Commands of its frame are recorded or run.
+/// State of one whose times are on their way.
 const BUSY: u8 = 1;
-/// Its times can be read.
+/// State of one whose times can be read.
 const READY: u8 = 2;
-/// Its times cannot be read.
+/// State of one whose times cannot be read.
 const FAILED: u8 = 3;
 
 /// Times that the GPU takes for frames: read a few frames later, never waited for.
 ///
-/// Between [`begin`](Self::begin) and [`end`](Self::end) the host records a frame; it calls
-/// [`submitted`](Self::submitted) once the commands are in the queue, and [`read`](Self::read) in
-/// any later frame. Good for [`Pace`](crate::scene::budget::Pace).
+/// Record a frame between [`begin`](Self::begin) and [`end`](Self::end), call
+/// [`submitted`](Self::submitted) once its commands are in the queue, and [`read`](Self::read) in
+/// any later frame; the times are what a [`Pace`](crate::scene::budget::Pace) asks for.
 pub struct FrameTimer {
     device: wgpu::Device,
     queries: wgpu::QuerySet,

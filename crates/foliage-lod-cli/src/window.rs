@@ -35,7 +35,7 @@ const LONGEST_FRAME: Duration = Duration::from_secs(60);
 pub struct FrameTimes {
     /// From its preparation until the GPU has drawn it.
     pub whole: Duration,
-    /// In milliseconds, what the GPU took for the plants and what is before them, if it tells.
+    /// GPU time of the scene without the panel, in milliseconds; `None` without timestamps.
     pub gpu_ms: Option<f64>,
 }
 

@@ -20,13 +20,8 @@ name = "birch"
 species = "betula-populifolia"
 leaves = 300
 
-[[models]]
-name = "oak"
-species = "english-oak"
-leaves = 200
-
 [[scatter]]
-models = ["birch", "oak"]
+models = ["birch"]
 count = 30
 area = [120, 120]
 spacing = 12
@@ -63,7 +58,7 @@ fn triangles_are_kept_to_with_all_wood_and_warned_of_where_wood_alone_is_more() 
     assert_eq!((&budget["unit"], &budget["asked"]), (&"triangles".into(), &40000.0.into()));
     let [leaves, wood, used] =
         [&drawn["leaves_drawn"], &drawn["wood_triangles"], &budget["used"]].map(|number| number.as_f64().unwrap());
-    // Leaves of both species have two triangles; one more is on its way in each plant.
+    // Leaves have two triangles; one more is on its way in each plant.
     assert!(used <= 40000.0 && (2.0 * leaves + wood - used).abs() < 0.05 * used, "{leaves} {wood} {used}");
     let less = 0.9 * wood;
     let output = render(&folder, &[&on_cpu[..], &[&format!("triangles={less}")]].concat());
@@ -86,6 +81,8 @@ fn milliseconds_need_the_gpu_and_find_their_leaves() {
     let folder = scene("");
     let refused = error_line(&render(&folder, &["--budget", "ms=5", "--raster", "cpu"]), 2);
     assert!(refused.contains("leaves=N or triangles=N"), "{refused}");
+    let refused = error_line(&render(&folder, &["--budget", "leaves=9", "--method", "full"]), 2);
+    assert!(refused.contains("all leaves are drawn"), "{refused}");
     for (wrong, named) in [("ms=0", "budget.ms is 0"), ("5", "leaves=N, triangles=N or ms=X"), ("leaves=-1", "is -1")] {
         let refused = error_line(&render(&folder, &["--budget", wrong]), 2);
         assert!(refused.contains(named), "{refused}");

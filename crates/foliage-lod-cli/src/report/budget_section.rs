@@ -1,6 +1,6 @@
 //! What accuracy costs in a scene: each rule of a budget along the camera's path.
 
-use super::markup::{cell, embedded, escaped};
+use super::markup::{cell, embedded, escaped, front};
 use foliage_lod::{Result, measure::Quality, software::Image};
 use std::fmt::Write;
 
@@ -35,7 +35,8 @@ pub(super) fn budget_section(page: &mut String, rows: &[BudgetRow], bytes: u64) 
         let _ = write!(page, "<th>{head}</th>");
     });
     page.push_str("</tr></thead><tbody>");
-    for (row, is_front) in rows.iter().zip(front(rows)) {
+    let points: Vec<[f64; 2]> = rows.iter().map(|row| [row.seconds[0], row.quality.rmse]).collect();
+    for (row, is_front) in rows.iter().zip(front(&points)) {
         let _ = write!(
             page,
             "<tr{}><td>{}</td>{}{}{}{}{}{}{}{}{}</tr>",
@@ -71,15 +72,6 @@ pub(super) fn budget_section(page: &mut String, rows: &[BudgetRow], bytes: u64) 
     Ok(())
 }
 
-/// Which rows no other one beats by time and by RMSE.
-fn front(rows: &[BudgetRow]) -> Vec<bool> {
-    let beats = |a: &BudgetRow, b: &BudgetRow| {
-        let (time, rmse) = ([a.seconds[0], b.seconds[0]], [a.quality.rmse, b.quality.rmse]);
-        time[0] <= time[1] && rmse[0] <= rmse[1] && (time[0] < time[1] || rmse[0] < rmse[1])
-    };
-    rows.iter().map(|row| !rows.iter().any(|other| beats(other, row))).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,7 +85,6 @@ mod tests {
     #[test]
     fn rows_that_are_slower_and_worse_than_another_are_not_on_the_front() {
         let rows = [row("every leaf", f64::NAN, 3.0, 0.0), row("a<b", 0.1, 1.0, 5.0), row("cook", 0.1, 1.5, 6.0)];
-        assert_eq!(front(&rows), [true, true, false]);
         let mut page = String::new();
         budget_section(&mut page, &rows, 1_500_000).unwrap();
         assert_eq!(page.matches("class=\"front\"").count(), 2);

@@ -1,4 +1,4 @@
-//! Cells, text and pictures of HTML tables.
+//! Cells, text and pictures of HTML tables, and which of their rows stand out.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use foliage_lod::{Result, software::Image};
@@ -30,6 +30,14 @@ pub(super) fn enlarged(image: &Image, side: u32) -> Image {
     let [width, height] = [image.width * factor, image.height * factor];
     let pixels = (0..width * height).flat_map(|i| image.pixel(i % width / factor, i / width / factor)).flatten();
     Image { width, height, rgba: pixels.collect() }
+}
+
+/// Which points are on the Pareto front: no other one is at most as large in both numbers, and
+/// smaller in one. Points that were not measured are not.
+pub(super) fn front(points: &[[f64; 2]]) -> Vec<bool> {
+    let beats = |a: &[f64; 2], b: &[f64; 2]| a[0] <= b[0] && a[1] <= b[1] && a != b;
+    let is_measured = |point: &[f64; 2]| point.iter().all(|number| number.is_finite());
+    points.iter().map(|point| is_measured(point) && !points.iter().any(|other| beats(other, point))).collect()
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::{
     far::{FarRow, Seen},
     impostor_section::impostor_section,
     impostors::SmallRow,
-    markup::{cell, embedded, escaped},
+    markup::{cell, embedded, escaped, front},
     offline::{LEVEL, OfflineRow},
     plot::{Line, Plot},
     rows::{matched_table, run_time_table},
@@ -216,12 +216,7 @@ fn scene_section(page: &mut String, scene: &SceneReport) -> Result<()> {
 fn pareto(rows: &[&Row]) -> Vec<bool> {
     let is_timed = rows.iter().any(|row| row.frame_seconds.is_finite());
     let cost = |row: &Row| if is_timed { row.frame_seconds } else { f64::from(row.leaves) };
-    let beats = |a: &Row, b: &Row| {
-        let (cost, rmse) = ([cost(a), cost(b)], [a.quality.rmse, b.quality.rmse]);
-        cost[0] <= cost[1] && rmse[0] <= rmse[1] && (cost[0] < cost[1] || rmse[0] < rmse[1])
-    };
-    let is_measured = |row: &Row| cost(row).is_finite() && row.quality.rmse.is_finite();
-    rows.iter().map(|row| is_measured(row) && !rows.iter().any(|other| beats(other, row))).collect()
+    front(&rows.iter().map(|row| [cost(row), row.quality.rmse]).collect::<Vec<_>>())
 }
 
 fn run_time_plots(rows: &[&Row], front: &[bool]) -> Vec<Plot<'static>> {

@@ -7,7 +7,6 @@ use crate::{
     output::Steps,
     progress::spinning,
     scene::{Budgeting, Opened},
-    staging::Staging,
 };
 use foliage_lod::{
     Result,
@@ -50,8 +49,8 @@ struct Case {
     seconds: Vec<f64>,
     sums: Comparison,
     change: f64,
-    /// First picture, and the last one.
-    images: Option<[Image; 2]>,
+    first: Option<Image>,
+    last: Option<Image>,
 }
 
 impl Case {
@@ -65,7 +64,8 @@ impl Case {
             seconds: Vec::new(),
             sums: Comparison::default(),
             change: 0.0,
-            images: None,
+            first: None,
+            last: None,
         }
     }
 
@@ -79,7 +79,7 @@ impl Case {
             leaves: self.leaves / f64::from(2 * PLACES),
             quality: self.sums.quality(),
             change: self.change,
-            image: self.images.map_or_else(|| Image::filled(1, 1, [0; 4]), |[first, _]| first),
+            image: self.first.unwrap_or_else(|| Image::filled(1, 1, [0; 4])),
         }
     }
 }
@@ -95,9 +95,8 @@ pub fn study(
     steps: &mut Steps,
 ) -> std::result::Result<Vec<BudgetRow>, Failure> {
     let (effects, budget) = (std::mem::take(&mut opened.file.effects), opened.file.budget);
-    opened.set_budget(Some(budget.unwrap_or(BudgetEntry::of(Amount::Leaves(0.0)))));
-    opened.measure(steps)?;
     opened.set_budget(None);
+    opened.measure(steps)?;
     let cases = spinning("drawing", || guarded(|| measured(gpu, opened, size)));
     opened.file.effects = effects;
     opened.set_budget(budget);
@@ -135,36 +134,31 @@ fn measured(gpu: &GpuDevice, opened: &mut Opened, size: [u32; 2]) -> Result<Vec<
     drawer.prepare(&first)?;
     drawer.picture()?;
     for (place, after) in frames() {
-        let mut full: Option<(Image, f64)> = None;
+        // Of every leaf, the first case.
+        let (mut truth, mut own_change) = (None, None);
         for case in &mut cases {
             interrupt::check()?;
             opened.exchange(&mut case.budget);
-            let mut staging = opened.staging_after(at(place, after), size, case.full, after)?;
-            if case.full {
-                leaves_at_any_size(&mut staging);
-            }
+            let staging = opened.staging_after(at(place, after), size, case.full, after)?;
             let started = Instant::now();
             case.leaves += drawer.prepare(&staging)?.leaves as f64;
             let image = drawer.picture()?;
             case.seconds.push(started.elapsed().as_secs_f64());
             opened.exchange(&mut case.budget);
-            let pair = case.images.take().map_or_else(|| [image.clone(), image.clone()], |[first, last]| [first, last]);
-            let change = largest_change(&[pair[1].clone(), image.clone()])?;
-            let (truth, own) = full.get_or_insert_with(|| (image.clone(), change));
+            let truth = truth.get_or_insert_with(|| image.clone());
             case.sums = case.sums.plus(Comparison::of(&image, truth)?);
-            if after.is_some() && *own > 0.0 {
-                case.change = case.change.max(change / *own);
+            case.first.get_or_insert_with(|| image.clone());
+            let pair = [case.last.take().unwrap_or_else(|| image.clone()), image];
+            let change = largest_change(&pair)?;
+            let own = *own_change.get_or_insert(change);
+            if after.is_some() && own > 0.0 {
+                case.change = case.change.max(change / own);
             }
-            let [first, _] = pair;
-            case.images = Some([first, image]);
+            let [_, image] = pair;
+            case.last = Some(image);
         }
     }
     Ok(cases)
-}
-
-/// The renderer hands plants over to impostors even with all their leaves.
-fn leaves_at_any_size(staging: &mut Staging<'_>) {
-    staging.plants.iter_mut().for_each(|plant| plant.far = None);
 }
 
 /// The rows as JSON.

@@ -58,11 +58,7 @@ fn on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawi
 }
 
 fn draw_on_gpu(gpu: GpuDevice, staging: &Staging<'_>, size: [u32; 2]) -> Result<Drawing> {
-    let adapter = Some(gpu.adapter_name());
-    let mut drawer = Drawer::new(gpu, staging, size)?;
-    let prepared = drawer.prepare(staging)?;
-    let image = drawer.picture()?;
-    Ok(Drawing { image, prepared, frames_made: drawer.frames_made, adapter })
+    Drawer::new(gpu, staging, size)?.drawing(staging)
 }
 
 /// Draws frames of one scene on the GPU.
@@ -90,6 +86,15 @@ impl Drawer {
         let [seen, casters] = [&staging.plants, &staging.casters].map(|plants| instances(&ids, plants));
         let frames_made = foliage.warm(device, queue, frame(staging), &seen, &casters)?;
         Ok(Self { gpu, target, foliage, ids, frames_made })
+    }
+
+    /// Draws a picture, with its statistics.
+    ///
+    /// # Errors
+    /// GPU errors.
+    pub fn drawing(&mut self, staging: &Staging<'_>) -> Result<Drawing> {
+        let (prepared, image) = (self.prepare(staging)?, self.picture()?);
+        Ok(Drawing { image, prepared, frames_made: self.frames_made, adapter: Some(self.gpu.adapter_name()) })
     }
 
     /// Prepares a picture.

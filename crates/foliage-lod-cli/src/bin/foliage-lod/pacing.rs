@@ -33,12 +33,13 @@ const STEADY: f64 = 0.02;
 const NEAR: f64 = 0.1;
 
 /// A budget of time, and what it came to.
-#[derive(Clone, Copy)]
 pub struct Settled {
     /// Time asked for, in milliseconds.
     pub asked_ms: f64,
     /// Median time of the last frames.
     pub ms: f64,
+    /// What has drawn them.
+    pub drawer: Drawer,
 }
 
 /// Draws frames of the scene until they take so many milliseconds: by the GPU's own time where it
@@ -66,25 +67,27 @@ pub fn settle(
     })?;
     let name = gpu.adapter_name();
     let found = spinning("timing frames", || guarded(|| frames(gpu, args, opened, asked_ms)))?;
-    let Frames { count, leaves, ms, is_all, is_gpu_time } = found;
+    let Frames { drawer, count, leaves, ms, is_all, is_gpu_time } = found;
     let whose = if is_gpu_time { "of the GPU" } else { "a frame" };
     let of = format!("{} leaves: {ms:.1} ms {whose} after {count} frames on {name}", HumanCount(leaves as u64));
     steps.done("time", of)?;
-    if ms > (1.0 + NEAR) * asked_ms {
+    let is_short = ms < (1.0 - NEAR) * asked_ms && !is_all;
+    if ms > (1.0 + NEAR) * asked_ms || is_short {
         let what = if leaves < 2.0 {
             "wood, ground and effects alone take that long: ask for more, or leave effects out"
         } else {
-            "the times did not settle: draw a smaller picture, or ask for more"
+            "the times did not settle: try again while nothing else runs, or draw a smaller picture"
         };
         complain(format_args!("warning: frames take {ms:.1} ms instead of {asked_ms}, since {what}"));
     } else if is_all {
         steps.done("time", "enough for all leaves")?;
     }
-    Ok(Settled { asked_ms, ms })
+    Ok(Settled { asked_ms, ms, drawer })
 }
 
 /// What was found.
 struct Frames {
+    drawer: Drawer,
     count: u64,
     leaves: f64,
     ms: f64,
@@ -95,7 +98,7 @@ struct Frames {
 
 fn frames(gpu: GpuDevice, args: &args::Render, opened: &mut Opened, asked_ms: f64) -> Result<Frames> {
     let mut timer = FrameTimer::new(gpu.device(), gpu.queue());
-    let is_gpu_time = timer.is_some();
+    let mut is_gpu_time = false;
     let mut drawer = Drawer::new(gpu, &opened.staging(args.seconds, args.size, false)?, args.size)?;
     let mut pace = Pace::new(asked_ms, opened.shared().map_or(0.0, |shared| shared.amount));
     let (mut times, mut counts) = (Vec::new(), Vec::new());
@@ -115,24 +118,17 @@ fn frames(gpu: GpuDevice, args: &args::Render, opened: &mut Opened, asked_ms: f6
             pace.cut();
         }
         pace.drew(count, load);
-        match &mut timer {
-            None => {
-                pace.took(count, Times { frame_ms, ..Times::default() });
-                times.push(frame_ms);
-            }
-            Some(timer) => {
-                for (frame, ms) in timer.read() {
-                    pace.took(frame, Times { frame_ms, gpu_ms: Some(ms), ..Times::default() });
-                    times.push(ms);
-                }
-            }
-        }
+        // Drawing waits, so the time is known; a driver may tell 0.
+        let gpu_ms = timer.as_mut().and_then(|timer| Some(timer.read().last()?.1)).filter(|&ms| ms > 0.0);
+        is_gpu_time = gpu_ms.is_some();
+        pace.took(count, Times { frame_ms, gpu_ms, cpu_ms: None });
+        times.push(gpu_ms.unwrap_or(frame_ms));
         counts.push(leaves);
         count += 1;
         let last = &counts[counts.len().saturating_sub(JUDGED)..];
         let [least, most] = [f64::min, f64::max].map(|of| last.iter().copied().reduce(of).unwrap_or_default());
         let is_steady = most <= (1.0 + STEADY) * least || is_all && least > 0.5 * most;
-        if last.len() == JUDGED && times.len() >= JUDGED && is_steady {
+        if last.len() == JUDGED && is_steady {
             break;
         }
     }
@@ -140,5 +136,5 @@ fn frames(gpu: GpuDevice, args: &args::Render, opened: &mut Opened, asked_ms: f6
     let last = times.len().saturating_sub(JUDGED);
     times[last..].sort_by(f64::total_cmp);
     let ms = times.get(last + (times.len() - last) / 2).copied().unwrap_or(f64::NAN);
-    Ok(Frames { count, leaves, ms, is_all, is_gpu_time })
+    Ok(Frames { drawer, count, leaves, ms, is_all, is_gpu_time })
 }

@@ -19,6 +19,7 @@ use foliage_lod::{
     effects::{Contrast, CrownNormals, Effects, Fade, FadeRule as Rule, Translucency, Wind},
     extract::{self, CookLambda, Far, LodPolicy, fewest_leaves, leaf_count},
     file,
+    gpu::guarded,
     scene::{Amount, BudgetEntry, budget::Spent, visibility::Estimate},
     simplify::CpuFragments,
     stochastic::Stochastic,
@@ -35,18 +36,23 @@ pub fn run(args: &args::Render) -> std::result::Result<(), Failure> {
     let mut steps = Steps::new(args.json);
     if scene::is_toml(&args.model) {
         scene::refuse(&args.not_for_scenes())?;
+        if args.budget.is_some() && args.method == Method::Full {
+            return Err(Error::invalid("--budget", "given with --method full", "left out: all leaves are drawn").into());
+        }
         let mut opened = Opened::open(&args.model, Some(&args.output), &mut steps)?;
-        if let Some(amount) = args.budget {
+        if args.method == Method::Full {
+            opened.set_budget(None);
+        } else if let Some(amount) = args.budget {
             let entry = opened.file.budget.unwrap_or(BudgetEntry::of(amount));
             opened.set_budget(Some(BudgetEntry { amount, ..entry }));
         }
-        opened.measure(&mut steps)?;
         opened.file.tone &= args.tone == args::Switch::On;
         let mut timed = None;
-        if let Some(BudgetEntry { amount: Amount::Ms(ms), .. }) =
-            opened.file.budget.filter(|_| args.method != Method::Full)
-        {
-            timed = Some(pacing::settle(args, &mut opened, ms, &mut steps)?);
+        if let Some(BudgetEntry { amount, .. }) = opened.file.budget {
+            opened.measure(&mut steps)?;
+            if let Amount::Ms(ms) = amount {
+                timed = Some(pacing::settle(args, &mut opened, ms, &mut steps)?);
+            }
         }
         let all = opened.plants();
         let staging = opened.staging(args.seconds, args.size, args.method == Method::Full)?;
@@ -97,10 +103,13 @@ fn finish(
     args: &args::Render,
     staging: &Staging<'_>,
     plants: usize,
-    timed: Option<Settled>,
+    mut timed: Option<Settled>,
     steps: &mut Steps,
 ) -> std::result::Result<(), Failure> {
-    let drawing = spinning("drawing", || drawing::draw(args.raster, staging, args.size))?;
+    let drawing = spinning("drawing", || match &mut timed {
+        Some(Settled { drawer, .. }) => guarded(|| drawer.drawing(staging)),
+        None => drawing::draw(args.raster, staging, args.size),
+    })?;
     drawing.image.write_png(&args.output)?;
     let trees = match (plants, staging.plants.len()) {
         (1, _) => String::new(),
@@ -175,7 +184,7 @@ fn finish(
             "plants_by": far_json(&drawing.prepared.far),
             "impostor_frames_made": drawing.frames_made,
             "effects": effects,
-            "budget": staging.budget.map(|(spent, unit)| budget_json(spent, unit, timed)),
+            "budget": staging.budget.map(|(spent, unit)| budget_json(spent, unit, timed.as_ref())),
             "visibility": staging.visibility.map(visibility_json),
             "adapter": drawing.adapter,
             "seconds": steps.total_seconds(),
@@ -185,7 +194,7 @@ fn finish(
 }
 
 /// What was spent of a budget.
-fn budget_json(spent: Spent, unit: &str, timed: Option<Settled>) -> Value {
+fn budget_json(spent: Spent, unit: &str, timed: Option<&Settled>) -> Value {
     let (unit, asked, used) = timed.map_or((unit, spent.asked, spent.used), |of| ("ms", of.asked_ms, of.ms));
     json!({ "unit": unit, "asked": asked, "used": used, "mu": spent.mu, "floors": spent.floors })
 }

@@ -276,15 +276,24 @@ impl Opened {
         Ok(())
     }
 
-    /// Measures the error curves that the scene's budget goes by and that its models have not.
+    /// Measures the error curves that budgets go by and that the models have not. Warns of wood
+    /// that a budget of triangles cannot count as it is drawn.
     ///
     /// # Errors
     /// As [`curves::measure`].
     pub fn measure(&mut self, steps: &mut Steps) -> std::result::Result<(), crate::failure::Failure> {
-        let models = self.models.iter_mut().filter(|model| model.curve.is_none());
-        for model in models.filter(|_| self.file.budget.is_some()) {
+        for model in self.models.iter_mut().filter(|model| model.curve.is_none()) {
             model.curve = Some(curves::measure(model)?);
             steps.done("curve", format!("{}: {}", model.name, curves::summary(model)))?;
+        }
+        let counts_wood = matches!(self.file.budget, Some(BudgetEntry { amount: Amount::Triangles(_), .. }));
+        let is_counted_whole = |model: &&FoliageModel| model.wood_order.is_none() && !model.wood.indices.is_empty();
+        for model in self.models.iter().filter(is_counted_whole).filter(|_| counts_wood) {
+            complain(format_args!(
+                "warning: all wood of {} counts in the budget of triangles, though less is drawn: it has no order; make \
+                 the model anew with simplify",
+                model.name
+            ));
         }
         Ok(())
     }

@@ -21,7 +21,9 @@ const SMOOTHING: f64 = 0.1;
 pub fn run(args: &args::View) -> std::result::Result<(), Failure> {
     let mut steps = Steps::new(false);
     let mut opened = Opened::open(&args.model, None, &mut steps)?;
-    opened.measure(&mut steps)?;
+    if opened.file.budget.is_some() {
+        opened.measure(&mut steps)?;
+    }
     opened.file.tone &= args.tone == args::Switch::On;
     opened.file.lod.wood_error = args.wood_error.or(opened.file.lod.wood_error);
     opened.look().check()?;
@@ -195,7 +197,7 @@ impl Stage for Viewer {
                 HumanCount(count.skipped)
             ));
         }
-        let gpu = self.gpu_ms.map_or(String::new(), |ms| format!(", of which the GPU {ms:.1} for plants"));
+        let gpu = self.gpu_ms.map_or(String::new(), |ms| format!(", scene on the GPU {ms:.1} ms"));
         ui.label(format!("frame {:.1} ms{gpu}", self.frame_ms));
         ui.separator();
         ui.small("Drag to orbit, scroll to zoom.");
