@@ -86,8 +86,8 @@ impl SharedBudget {
     }
 
     /// With an amount that counts triangles: of leaves by their model's mean, of wood that may be
-    /// `wood_error_px` off (see [`Look`](crate::Look)) or, without an order, of all wood, and two of
-    /// an impostor. The models are those that the budget is for. O(triangles log triangles).
+    /// `wood_error_px` off (see [`Look`](crate::Look)) or, without an order, of all wood, and two
+    /// of an impostor. The models are those that the budget is for. O(triangles log triangles).
     pub fn with_triangles(self, models: &[FoliageModel], wood_error_px: f32) -> Self {
         let of_models = models.iter().map(Triangles::new).collect();
         Self { triangles: Some((of_models, wood_error_px)), ..self }
