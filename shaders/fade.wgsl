@@ -2,5 +2,5 @@
 // samples.
 
 fn fade_share(leaf: u32, instance: u32) -> f32 {
-    return presence(leaf, instances[instance]);
+    return presence(leaf, transition_of(instances[instance]));
 }

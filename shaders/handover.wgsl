@@ -3,7 +3,7 @@
 
 // Samples of a pixel that belong to the leaves and the wood.
 fn kept_samples(pixel: vec2<f32>, instance: u32) -> u32 {
-    return ~far_samples(pixel, far_share(instances[instance]));
+    return ~far_samples(pixel, far_share(instances[instance]), SAMPLES);
 }
 
 fn leaves_drawn(instance: Instance) -> u32 {

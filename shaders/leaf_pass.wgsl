@@ -187,23 +187,8 @@ fn drawn_scale(leaf: u32, first_event: u32, end_event: u32, instance: Instance) 
     if instance.first_scale != NO_SCALES {
         return scales[instance.first_scale + leaf];
     }
-    // The first event whose leaf may be only partly present.
-    var low = event_at(first_event, end_event, instance.first_partial);
+    let transition = transition_of(instance);
     // A leaf that fades by alpha keeps its size.
-    let own = select(presence(leaf, instance), 1.0, FADES_BY_ALPHA);
-    let is_still = low >= end_event || events[low].leaf >= leaves_drawn(instance);
-    if is_still && own == 1.0 {
-        return scale_of(low, end_event);
-    }
-    var area = 0.0;
-    while low < end_event && events[low].leaf < leaves_drawn(instance) {
-        let gone = 1.0 - presence(events[low].leaf, instance);
-        area += gone * (pow2(scale_of(low, end_event)) - pow2(scale_of(low + 1u, end_event)));
-        low += 1u;
-    }
-    return sqrt(max(pow2(scale_of(low, end_event)) + area, 0.0) * own);
-}
-
-fn pow2(x: f32) -> f32 {
-    return x * x;
+    let own = select(presence(leaf, transition), 1.0, FADES_BY_ALPHA);
+    return scale_in(first_event, end_event, own, transition);
 }

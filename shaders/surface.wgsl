@@ -109,12 +109,6 @@ struct Surface {
     @location(14) @interpolate(perspective, center) middle: vec4<f32>,
 }
 
-// Position and normal of a leaf's vertex after scaling and wind.
-struct Moved {
-    position: vec3<f32>,
-    normal: vec3<f32>,
-}
-
 struct Shaded {
     @location(0) color: vec4<f32>,
     @builtin(sample_mask) samples: u32,
@@ -137,7 +131,7 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     if is_leaf {
         coverage *= fade_share(surface.leaf, surface.instance);
     }
-    let samples = covered_samples(coverage, dither, surface.seed) & kept_samples(surface.clip.xy, surface.instance);
+    let samples = covered_samples(coverage, dither, surface.seed, SAMPLES) & kept_samples(surface.clip.xy, surface.instance);
     if samples == 0u {
         discard;
     }
@@ -191,21 +185,9 @@ fn surface_of(number: u32, instance: Instance) -> Surface {
     return surface;
 }
 
-// Presence of a leaf from 0 to 1, as a fraction of its area or of its alpha.
-fn presence(leaf: u32, instance: Instance) -> f32 {
-    let behind = f32(i32(leaf) - i32(instance.active_count));
-    let t = clamp((instance.fraction - behind - 0.5) / instance.window + 0.5, 0.0, 1.0);
-    return select(t, t * t * (3.0 - 2.0 * t), FADES_SMOOTHLY);
-}
-
-// Mask of coverage * SAMPLES samples, rounded up where the fraction exceeds 1 - dither. It is
-// rotated by `seed`, which differs between leaves, so that overlapping leaves cover different
-// samples.
-fn covered_samples(coverage: f32, dither: f32, seed: u32) -> u32 {
-    let count = u32(coverage * f32(SAMPLES) + dither);
-    let first = (seed >> 16u) % SAMPLES;
-    let run = (1u << min(count, SAMPLES)) - 1u;
-    return (run << first) | (run >> (SAMPLES - first));
+fn transition_of(instance: Instance) -> Transition {
+    let drawn = leaves_drawn(instance);
+    return Transition(instance.active_count, instance.fraction, instance.window, instance.first_partial, drawn, FADES_SMOOTHLY);
 }
 
 // Share of a plant's samples that its impostor takes.
@@ -213,24 +195,11 @@ fn far_share(instance: Instance) -> f32 {
     return f32(instance.drawn >> LEAF_BITS) / WHOLE_SHARE;
 }
 
-// Samples of a pixel that belong to the impostor, of a plant that leaves it this share.
-fn far_samples(pixel: vec2<f32>, share: f32) -> u32 {
-    let cell = vec2<i32>(floor(pixel));
-    let turn = u32(hash(vec3(cell, 1)) * f32(SAMPLES)) << 16u;
-    return covered_samples(share, hash(vec3(cell, 0)), turn);
-}
-
 // Whether the surface is transparent here, for passes with one sample per pixel.
 fn is_hole(material: Material, uv: vec2<f32>, rect: vec4<f32>, enlarged: vec4<f32>, seed: u32) -> bool {
     let shown = tiled(uv, rect, enlarged.y, enlarged.zw);
     let texel = texel(material, shown.uv, dpdx(uv) * shown.stretch, dpdy(uv) * shown.stretch, rect.zw, seed);
     return texel.coverage + texel.dither < 1.0;
-}
-
-// Texture coordinates after repetition, and how many times as fast they change.
-struct Shown {
-    uv: vec2<f32>,
-    stretch: vec2<f32>,
 }
 
 // A material's texture at one pixel.
@@ -256,7 +225,6 @@ fn texel(
 ) -> Texel {
     let size = vec2<f32>(textureDimensions(textures));
     let level = mip_level(right * size, down * size, uv_size * size);
-    let minified = clamp(level, 0.0, 1.0);
     let inside = vec2(wrapped(uv.x, material.wrap.x), wrapped(uv.y, material.wrap.y));
     let full = textureSampleLevel(textures, filtering, inside, material.layer, 0.0).a;
     // Coverage rises from 0 to 1 within one pixel around the cutoff, but is 0 where alpha is 0: the
@@ -266,37 +234,15 @@ fn texel(
     let smooth_edge = clamp((full - material.cutoff) / rise + 0.5, 0.0, 1.0);
     let edge = select(select(0.0, 1.0, full >= material.cutoff), smooth_edge, SAMPLES > 1u);
     let filtered = textureSampleLevel(textures, filtering, inside, material.layer, max(level, 0.0));
-    // Between the full texture and the first level, `filtered` contains (1 - minified) * full.
-    var coverage = clamp(filtered.a + (1.0 - minified) * (edge - full), 0.0, 1.0);
+    var coverage = cutout_coverage(full, edge, filtered.a, level);
     // No texel reaches a cutoff above 1.
     if material.cutoff > 1.0 {
         coverage = 0.0;
     }
-    // Cells of about a pixel: smaller ones would flicker when the surface moves.
-    let whole = floor(max(level, 0.0)) + FINER_LEVELS;
-    let cell = vec3(vec2<i32>(floor(uv * size * exp2(-whole))), i32(whole));
-    let dither = mix(0.5, fract(hash(cell) + f32(seed >> 8u) / 16777216.0), minified);
+    let dither = cutout_dither(uv * size, level, seed);
     // Texels are multiplied by alpha.
     let color = filtered.rgb / max(filtered.a, LEAST_ALPHA);
     return Texel(color, select(1.0, coverage, material.cutoff > 0.0), dither);
-}
-
-// Mip level of a surface that shows `shown` texels, if a pixel's step to the right and one down are
-// so many texels.
-fn mip_level(right: vec2<f32>, down: vec2<f32>, shown: vec2<f32>) -> f32 {
-    let footprint = 0.5 * log2(max(max(dot(right, right), dot(down, down)), 1e-12)) - FINER_LEVELS;
-    // Texels that are not small compared with the surface would mix in what lies beside it.
-    let across = max(shown, vec2(1.0));
-    return min(footprint, log2(min(across.x, across.y)) - LEVELS_ACROSS);
-}
-
-// Hash of a cell of a surface, from 0 to below 1.
-fn hash(cell: vec3<i32>) -> f32 {
-    var mixed = 0u;
-    for (var axis = 0; axis < 3; axis++) {
-        mixed = (mixed ^ (mixed >> 15u) ^ u32(cell[axis])) * HASH_MULTIPLIER;
-    }
-    return f32((mixed ^ (mixed >> 15u)) >> 8u) / 16777216.0;
 }
 
 // The sampler repeats; the other wrap modes are applied to the coordinate here.

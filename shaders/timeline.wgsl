@@ -28,3 +28,20 @@ fn event_at(first_event: u32, end_event: u32, count: u32) -> u32 {
 fn scale_of(event: u32, end_event: u32) -> f32 {
     return select(1.0, events[min(event, arrayLength(&events) - 1u)].scale, event < end_event);
 }
+
+// Drawn scale during a transition of a leaf whose own presence, as a share of its area, is `own`.
+fn scale_in(first_event: u32, end_event: u32, own: f32, transition: Transition) -> f32 {
+    // The first event whose leaf may be only partly present.
+    var event = event_at(first_event, end_event, transition.first_partial);
+    let is_still = event >= end_event || events[event].leaf >= transition.drawn;
+    if is_still && own == 1.0 {
+        return scale_of(event, end_event);
+    }
+    var area = 0.0;
+    while event < end_event && events[event].leaf < transition.drawn {
+        let gone = 1.0 - presence(events[event].leaf, transition);
+        area += gone * (pow2(scale_of(event, end_event)) - pow2(scale_of(event + 1u, end_event)));
+        event += 1u;
+    }
+    return sqrt(max(pow2(scale_of(event, end_event)) + area, 0.0) * own);
+}

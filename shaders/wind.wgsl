@@ -1,5 +1,8 @@
 // The effect `wind`: the trunk bends by a displacement field over height, limbs turn about their
 // feet, leaves about their pivots. Twin of effects/wind.rs and effects/limbs.rs.
+//
+// Declare in your shader `sways: array<Sway>`, one per instance, and the texture `limbs` of
+// draw/limb_texels.rs.
 
 const TURN: f32 = 6.2831853;
 const STEPS: f32 = 65536.0;
@@ -51,11 +54,6 @@ struct LeafTurn {
     angle: f32,
     carry: Carry,
 }
-
-// One per instance.
-@group(2) @binding(1) var<storage, read> sways: array<Sway>;
-// See draw/limb_texels.rs.
-@group(0) @binding(16) var limbs: texture_2d<u32>;
 
 fn moved_wood(rest: vec3<f32>, instance: u32) -> vec3<f32> {
     return rest + sway_offset(rest, sways[instance]);

@@ -62,7 +62,7 @@ mod memory;
 pub mod plant;
 #[cfg(any(feature = "simplify", feature = "scene"))]
 mod random;
-#[cfg(feature = "software")]
+#[cfg(feature = "textures")]
 mod srgb;
 pub mod wood;
 

@@ -59,7 +59,7 @@ pub struct Material {
 
 impl Wrap {
     /// The texel that a texel beside a texture of `size` texels repeats.
-    #[cfg(feature = "software")]
+    #[cfg(feature = "textures")]
     pub(crate) fn inside(self, index: i64, size: u32) -> u32 {
         let size = i64::from(size);
         let inside = match self {
@@ -97,7 +97,7 @@ impl Material {
 
     /// As [`cutoff`](Self::cutoff), for the alpha of the texture alone, without the colour
     /// factor's.
-    #[cfg(feature = "software")]
+    #[cfg(feature = "textures")]
     pub(crate) fn texture_cutoff(&self) -> Option<f32> {
         self.cutoff().map(|cutoff| cutoff / self.base_color[3].max(f32::MIN_POSITIVE))
     }

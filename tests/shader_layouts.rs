@@ -59,6 +59,38 @@ fn every_struct_of_the_fragment_pass_lies_in_memory_as_in_rust() {
 }
 
 #[test]
+fn the_parts_for_engines_need_no_more_than_the_bindings_that_they_name() {
+    let bindings = "\
+@group(0) @binding(0) var<storage, read> events: array<Event>;
+@group(0) @binding(1) var<storage, read> sways: array<Sway>;
+@group(0) @binding(2) var limbs: texture_2d<u32>;
+";
+    let module = parsed(&(shaders::engine_parts() + bindings));
+    assert_layout!(&module, Event, "Event", [leaf, scale]);
+    for name in [
+        "scale_in",
+        "presence",
+        "tiled",
+        "cutout_coverage",
+        "cutout_dither",
+        "mip_level",
+        "leaf_turn",
+        "moved_leaf",
+        "stem_carry",
+    ] {
+        assert!(module.functions.iter().any(|(_, function)| function.name.as_deref() == Some(name)), "{name}");
+    }
+    let bindings = "\
+@group(0) @binding(0) var<uniform> impostor: Impostor;
+@group(0) @binding(1) var colors: texture_2d_array<f32>;
+@group(0) @binding(2) var surfaces: texture_2d_array<f32>;
+@group(0) @binding(3) var clamping: sampler;
+";
+    let module = parsed(&(shaders::impostor_parts() + bindings));
+    assert_layout!(&module, ImpostorRecord, "Impostor", [center, half_side, radius, texels, across, is_whole_sphere]);
+}
+
+#[test]
 fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     let look = Look::default();
     for wgsl in Variant::all().flat_map(|variant| {

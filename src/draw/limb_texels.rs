@@ -10,8 +10,9 @@ use crate::{
     model::octahedral,
 };
 
-/// Bits of the texels, whole rows; a single texel without limbs.
-pub(crate) fn limb_texels(limbs: Option<&Limbs>) -> (Vec<[u32; 4]>, [u32; 2]) {
+/// Bits of the texels, four to a texel, in whole rows, and the number of columns and rows; a single
+/// texel without limbs. Upload them as `Rgba32Uint` for `wind.wgsl`.
+pub fn limb_texels(limbs: Option<&Limbs>) -> (Vec<[u32; 4]>, [u32; 2]) {
     let Some(limbs) = limbs else { return (vec![[0; 4]], [1; 2]) };
     let first_stem = 2 * limbs.limbs.len();
     let first_leaf = first_stem + limbs.of_stem.len().div_ceil(8);

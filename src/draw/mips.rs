@@ -13,7 +13,7 @@
 
 use super::records::LEVELS_ACROSS;
 use crate::{
-    material::{Pixels, Wrap},
+    material::{Material, Pixels, Wrap},
     srgb::{encoded, linear_bytes},
 };
 
@@ -44,6 +44,19 @@ pub(crate) fn srgb_from_linear(linear: f32) -> u8 {
 pub(crate) struct Mips {
     levels: Vec<Pixels>,
     wrap: [Wrap; 2],
+}
+
+/// The mip levels of a texture for a material, the full size first, each half as large as the one
+/// before, down to 1 x 1: sRGB colour, and alpha that is coverage from the second level on. Wholly
+/// transparent texels have the colour of what is around them. For engines that test alpha, see
+/// `cutout_coverage` in [`engine_parts`](super::shaders::engine_parts). Empty for a texture without
+/// texels. O(texels).
+pub fn mip_levels(full: Pixels, material: &Material) -> Vec<Pixels> {
+    let Some(mut mips) = Mips::new(full, material.wrap, material.texture_cutoff(), &SrgbTable::new()) else {
+        return Vec::new();
+    };
+    mips.bleed();
+    mips.levels
 }
 
 impl Mips {
@@ -92,6 +105,23 @@ impl Mips {
     /// Number of levels.
     pub(crate) fn count(&self) -> usize {
         self.levels.len()
+    }
+
+    /// Gives wholly transparent texels the colour of the finest coarser level that covers them, so
+    /// that filtering brings no other colour to the edge of a cut-out.
+    fn bleed(&mut self) {
+        for level in (1..self.levels.len()).rev() {
+            let (finer, coarser) = self.levels.split_at_mut(level);
+            let (fine, coarse) = (&mut finer[level - 1], &coarser[0]);
+            let (width, height) = (fine.width, fine.height);
+            for (i, of) in (0..).zip(fine.rgba.as_chunks_mut::<4>().0) {
+                if of[3] == 0 {
+                    let x = (i % width * coarse.width / width).min(coarse.width - 1);
+                    let y = (i / width * coarse.height / height).min(coarse.height - 1);
+                    of[..3].copy_from_slice(&texel(coarse, x, y)[..3]);
+                }
+            }
+        }
     }
 
     /// Width and height of the full texture in texels.
@@ -317,6 +347,19 @@ mod tests {
         let mips = Mips::new(disc(64, 20.0), [Wrap::Clamp; 2], Some(0.5), &srgb).unwrap();
         let [red, green, _] = mips.color(3, [0.5, 0.5], &srgb);
         assert!(red < 0.1 && green > 0.3, "{red} {green}");
+    }
+
+    #[test]
+    fn clear_texels_have_the_colour_of_what_is_near_and_the_rest_stays() {
+        let full = disc(64, 20.0);
+        let material = Material { alpha_mode: crate::material::AlphaMode::Mask, ..Material::default() };
+        let levels = mip_levels(full.clone(), &material);
+        assert_eq!(levels.iter().map(|level| level.width).collect::<Vec<_>>(), [64, 32, 16, 8, 4, 2, 1]);
+        for (before, after) in full.rgba.as_chunks::<4>().0.iter().zip(levels[0].rgba.as_chunks::<4>().0) {
+            let is_clear = before[3] == 0;
+            assert!(if is_clear { after[1].abs_diff(160) < 8 && after[3] == 0 } else { before == after }, "{after:?}");
+        }
+        assert!(mip_levels(Pixels { width: 0, height: 4, rgba: vec![] }, &material).is_empty());
     }
 
     #[test]

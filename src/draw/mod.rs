@@ -19,16 +19,16 @@ pub(crate) mod handover;
 pub(crate) mod instance;
 pub(crate) mod landscape;
 pub(crate) mod light;
-#[cfg(feature = "render")]
 pub(crate) mod limb_texels;
 #[cfg_attr(not(feature = "render"), expect(dead_code, reason = "only renderers that keep frames make them"))]
 pub(crate) mod live;
 pub(crate) mod look;
-#[cfg(feature = "software")]
+#[cfg(feature = "textures")]
+#[cfg_attr(not(feature = "software"), allow(dead_code, reason = "drawers on the CPU sample them"))]
 pub(crate) mod mips;
 #[cfg(feature = "render")]
 pub(crate) mod packed;
-#[cfg(feature = "software")]
+#[cfg(feature = "textures")]
 pub(crate) mod pages;
 pub(crate) mod quads;
 pub(crate) mod seed;
@@ -50,9 +50,14 @@ pub use frame_list::{Batch, FrameList, ImpostorDraw, WoodDraw};
 pub use instance::{FarCounts, Frame, GroundCounts, Instance, LiveCounts, ModelId, Prepared, ScalesId};
 pub use landscape::{Ground, Landscape, Rays};
 pub use light::Lighting;
+pub use limb_texels::limb_texels;
 pub use look::{Coloring, Look, Variant};
+#[cfg(feature = "textures")]
+pub use mips::mip_levels;
 #[cfg(feature = "render")]
 pub use packed::gpu_bytes;
+#[cfg(feature = "textures")]
+pub use pages::{PageLevel, impostor_levels};
 pub use shader::ShaderSource;
 pub use stems::{DrawnStems, Levels, Stems};
 pub use sun::SunView;

@@ -10,15 +10,21 @@ pub(crate) struct Pages {
     pub(crate) levels: Vec<PageLevel>,
 }
 
-/// One mip level.
+/// One mip level of an impostor's pages, all frames one after another, four bytes a texel.
 #[derive(Debug)]
-pub(crate) struct PageLevel {
+pub struct PageLevel {
     /// Side of a frame in texels.
-    pub(crate) side: u32,
+    pub side: u32,
     /// Colour (sRGB, not multiplied by coverage) and coverage.
-    pub(crate) color: Vec<u8>,
+    pub color: Vec<u8>,
     /// See [`Impostor::surface`].
-    pub(crate) surface: Vec<u8>,
+    pub surface: Vec<u8>,
+}
+
+/// The pages of an impostor with all mip levels, the frames' own first, down to one texel a frame.
+/// O(texels).
+pub fn impostor_levels(impostor: &Impostor) -> Vec<PageLevel> {
+    Pages::new(impostor).levels
 }
 
 /// Linear colour, mean normal, depth and what of a texel is leaves, each times its coverage, and

@@ -8,6 +8,9 @@ pub use wood::{
     HALF_STEPS, LEAST_HALF, LEAST_WIDTH, PackedWood, SlidingWood, StemRecord, WIDTH_STEPS, WoodSlide, WoodVertex,
 };
 
+use crate::model::{Framing, Impostor};
+use glam::{DVec3, Vec3};
+
 /// What all plants of one frame share, as `surface.wgsl` reads it.
 ///
 /// *Anchor space* is world space with its origin at the frame's anchor, a point in view.
@@ -209,6 +212,24 @@ pub struct ImpostorRecord {
     pub across: u32,
     /// 1 if the lattice covers the whole sphere, 0 for its upper half.
     pub is_whole_sphere: u32,
+}
+
+impl ImpostorRecord {
+    /// The record of an impostor; `center` is the origin of local space, in the plant's.
+    pub fn new(impostor: &Impostor, center: [f64; 3]) -> Self {
+        Self::of(&impostor.framing(), center.into())
+    }
+
+    pub(crate) fn of(framing: &Framing, center: DVec3) -> Self {
+        Self {
+            center: (Vec3::from(framing.center).as_dvec3() - center).as_vec3().to_array(),
+            half_side: framing.half_side,
+            radius: framing.radius(),
+            texels: (framing.frame_px - 2) as f32,
+            across: framing.lattice.across,
+            is_whole_sphere: framing.lattice.is_whole_sphere.into(),
+        }
+    }
 }
 
 /// How a model is packed, as `packing.wgsl` reads it.

@@ -39,9 +39,48 @@ pub(super) const LIMB_COLUMNS: u32 = 256;
 /// Vertices of the passes that cover the whole picture.
 const COVER: &str = include_str!("../../shaders/cover.wgsl");
 
-/// Timeline look-up for your own shaders: `event_at` and `scale_of` over a storage buffer `events`
-/// of [`Event`](super::records::Event) records.
-pub const TIMELINE: &str = include_str!("../../shaders/timeline.wgsl");
+/// What every pass knows of a leaf, without bindings.
+const LEAF: &str = include_str!("../../shaders/leaf.wgsl");
+/// Timeline look-up over `events`.
+const TIMELINE: &str = include_str!("../../shaders/timeline.wgsl");
+/// Growth by tiling, without bindings.
+const TILES: &str = include_str!("../../shaders/tiles.wgsl");
+/// The wind over `sways` and `limbs`.
+const WIND: &str = include_str!("../../shaders/wind.wgsl");
+/// What a ray sees in the pictures of an impostor, over `impostor`, `colors` and `surfaces`.
+const FRAMES: &str = include_str!("../../shaders/impostor_frames.wgsl");
+/// Bindings of `sways` and `limbs`.
+const WIND_BINDINGS: &str = include_str!("../../shaders/wind_bindings.wgsl");
+
+/// Constants and functions for the shaders of an engine that draws an [`Upload`](super::Upload)
+/// itself, without bindings: `scale_in`, the drawn scale of a leaf during a transition; `tiled`,
+/// the texture coordinates of a leaf that repeats its picture; `cutout_coverage` and
+/// `cutout_dither`, the alpha test of minified cut-outs; `leaf_turn`, `moved_leaf` and
+/// `stem_carry`, the wind.
+///
+/// Declare beside them, at bindings of your own:
+/// ```wgsl
+/// var<storage, read> events: array<Event>; // `Upload::events`
+/// var<storage, read> sways: array<Sway>;   // a `Sway` for each instance
+/// var limbs: texture_2d<u32>;              // `limb_texels`, as Rgba32Uint
+/// ```
+pub fn engine_parts() -> String {
+    leaf_constants(ShaderSource::new()).with_part(LEAF).with_part(TILES).with_part(TIMELINE).with_body(WIND)
+}
+
+/// Constants and functions for the shaders of an engine that draws impostors itself, without
+/// bindings: `around`, the pictures around a direction; `add_picture`, what a ray sees in one.
+///
+/// Declare beside them, at bindings of your own:
+/// ```wgsl
+/// var<uniform> impostor: Impostor;     // an `ImpostorRecord`
+/// var colors: texture_2d_array<f32>;   // `PageLevel::color`, as Rgba8UnormSrgb
+/// var surfaces: texture_2d_array<f32>; // `PageLevel::surface`, as Rgba8Unorm
+/// var clamping: sampler;
+/// ```
+pub fn impostor_parts() -> String {
+    sprite_constants(leaf_constants(ShaderSource::new())).with_part(LEAF).with_body(FRAMES)
+}
 
 /// WGSL of the leaf pass.
 pub fn leaf_pass(look: &Look, variant: Variant) -> String {
@@ -84,7 +123,7 @@ pub fn wood_motion(look: &Look, variant: Variant, slides: bool) -> String {
 
 /// WGSL of the impostors. Only the wind and the hand-over of `variant` count.
 pub fn impostor_pass(look: &Look, variant: Variant) -> String {
-    plant(include_str!("../../shaders/impostor_pass.wgsl"), look, variant)
+    plant(&[FRAMES, include_str!("../../shaders/impostor_pass.wgsl")].concat(), look, variant)
 }
 
 /// WGSL of the impostors into the shadow map.
@@ -169,12 +208,11 @@ fn shadow_constants(source: ShaderSource, look: &Look) -> ShaderSource {
 fn plant(body: &str, look: &Look, variant: Variant) -> String {
     let part = |is_on: bool, on: &'static str, off: &'static str| if is_on { on } else { off };
     let has_shadow = look.effects.shadow.is_some();
-    shadow_constants(light_constants(ShaderSource::new(), &look.lighting()), look)
+    let source = shadow_constants(light_constants(ShaderSource::new(), &look.lighting()), look);
+    sprite_constants(leaf_constants(source))
         .constant_u32("WRAP_MIRROR", wrap_number(Wrap::Mirror))
         .constant_u32("WRAP_CLAMP", wrap_number(Wrap::Clamp))
-        .constant_f32("FINER_LEVELS", FINER_LEVELS)
         .constant_f32("LEAST_ALPHA", 1.0 / 255.0)
-        .constant_f32("LEVELS_ACROSS", LEVELS_ACROSS)
         .constant_u32("NO_SCALES", NO_SCALES)
         .constant_vec3("TOWARDS_SUN", look.lighting().towards_sun.normalize_or_zero())
         .constant_u32("COLORING_PICTURE", Coloring::Picture.number())
@@ -199,32 +237,18 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_f32("SWELL_STEPS", SWELL_STEPS)
         .constant_bool("FADES_BY_ALPHA", look.fades_by_alpha())
         .constant_bool("FADES_SMOOTHLY", look.effects.fade.is_some_and(|fade| fade.smooth))
-        .constant_vec3("BRANCH_WAVE_ALONG", wind::BRANCH_WAVES[0])
-        .constant_vec3("BRANCH_WAVE_UP", wind::BRANCH_WAVES[1])
-        .constant_f32("BRANCH_LIFT", wind::BRANCH_LIFT)
-        .constant_f32("BEND_DESCENT", wind::BEND_DESCENT)
-        .constant_f32("LIMB_LEAN", wind::LIMB_LEAN)
-        .constant_u32("LIMB_COLUMNS", LIMB_COLUMNS)
-        .constant_f32("FLUTTER_SHARE_A", wind::FLUTTER_SHARES[0])
-        .constant_f32("FLUTTER_SHARE_B", wind::FLUTTER_SHARES[1])
-        .constant_f32("FLUTTER_TILT", wind::FLUTTER_TILT)
-        .constant_u32("HASH_MULTIPLIER", HASH_MULTIPLIER)
-        .constant_u32("PHASE_STEPS", wind::PHASE_STEPS)
         .constant_f32("WHOLE_SHARE", WHOLE_SHARE as f32)
-        .constant_u32("DEPTH_STEPS", DEPTH_STEPS)
-        .constant_f32("LEAST_APPROACH", LEAST_APPROACH)
-        .constant_f32("LEAST_PX", LEAST_PX)
-        .constant_f32("MOST_PULL", MOST_PULL)
-        .constant_f32("SHARPER_LEVELS", SHARPER_LEVELS)
         .with_part(include_str!("../../shaders/light.wgsl"))
+        .with_part(LEAF)
         .with_part(include_str!("../../shaders/surface.wgsl"))
         .with_part(include_str!("../../shaders/packing.wgsl"))
         .with_part(part(variant.alpha, include_str!("../../shaders/fade.wgsl"), NO_FADE))
         .with_part(part(variant.handover, include_str!("../../shaders/handover.wgsl"), NO_HANDOVER))
         .with_part(tone(variant))
         .with_part(part(look.has_tints(), include_str!("../../shaders/tint.wgsl"), NO_TINT))
-        .with_part(part(variant.tiles, include_str!("../../shaders/tiles.wgsl"), NO_TILES))
-        .with_part(part(variant.wind, include_str!("../../shaders/wind.wgsl"), NO_WIND))
+        .with_part(part(variant.tiles, TILES, NO_TILES))
+        .with_part(part(variant.wind, WIND_BINDINGS, ""))
+        .with_part(part(variant.wind, WIND, NO_WIND))
         .with_part(part(has_shadow, include_str!("../../shaders/shadow.wgsl"), ""))
         .with_part(part(has_shadow, include_str!("../../shaders/shadowed.wgsl"), NO_SHADOW))
         .with_body(body)
@@ -267,6 +291,34 @@ fn tone(variant: Variant) -> &'static str {
         Variant { contrast: true, .. } => include_str!("../../shaders/contrast.wgsl"),
         _ => NO_TONE,
     }
+}
+
+/// Adds the constants of `leaf.wgsl` and `wind.wgsl`.
+fn leaf_constants(source: ShaderSource) -> ShaderSource {
+    source
+        .constant_f32("FINER_LEVELS", FINER_LEVELS)
+        .constant_f32("LEVELS_ACROSS", LEVELS_ACROSS)
+        .constant_u32("HASH_MULTIPLIER", HASH_MULTIPLIER)
+        .constant_vec3("BRANCH_WAVE_ALONG", wind::BRANCH_WAVES[0])
+        .constant_vec3("BRANCH_WAVE_UP", wind::BRANCH_WAVES[1])
+        .constant_f32("BRANCH_LIFT", wind::BRANCH_LIFT)
+        .constant_f32("BEND_DESCENT", wind::BEND_DESCENT)
+        .constant_f32("LIMB_LEAN", wind::LIMB_LEAN)
+        .constant_u32("LIMB_COLUMNS", LIMB_COLUMNS)
+        .constant_f32("FLUTTER_SHARE_A", wind::FLUTTER_SHARES[0])
+        .constant_f32("FLUTTER_SHARE_B", wind::FLUTTER_SHARES[1])
+        .constant_f32("FLUTTER_TILT", wind::FLUTTER_TILT)
+        .constant_u32("PHASE_STEPS", wind::PHASE_STEPS)
+}
+
+/// Adds the constants of impostors.
+fn sprite_constants(source: ShaderSource) -> ShaderSource {
+    source
+        .constant_u32("DEPTH_STEPS", DEPTH_STEPS)
+        .constant_f32("LEAST_APPROACH", LEAST_APPROACH)
+        .constant_f32("LEAST_PX", LEAST_PX)
+        .constant_f32("MOST_PULL", MOST_PULL)
+        .constant_f32("SHARPER_LEVELS", SHARPER_LEVELS)
 }
 
 /// Adds the constants of `light.wgsl`.

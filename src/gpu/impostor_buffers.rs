@@ -9,7 +9,7 @@ use crate::{
     },
     model::Framing,
 };
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// Bind group of an impostor, and the textures of its pages.
 pub(super) struct ImpostorBuffers {
@@ -43,14 +43,7 @@ impl ImpostorBuffers {
         crown: &CrownRecord,
         center: DVec3,
     ) -> Self {
-        let record = ImpostorRecord {
-            center: (Vec3::from(framing.center).as_dvec3() - center).as_vec3().to_array(),
-            half_side: framing.half_side,
-            radius: framing.radius(),
-            texels: (framing.frame_px - 2) as f32,
-            across: framing.lattice.across,
-            is_whole_sphere: framing.lattice.is_whole_sphere.into(),
-        };
+        let record = ImpostorRecord::of(framing, center);
         let uniform = |label, bytes: &[u8]| filled(device, label, wgpu::BufferUsages::UNIFORM, bytes);
         let buffers = [
             (CROWN, uniform("crown", bytemuck::bytes_of(crown))),
