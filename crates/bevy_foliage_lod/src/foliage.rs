@@ -198,6 +198,14 @@ pub(crate) fn spawn_parts(
     }
 }
 
+/// Despawns the meshes of what is no longer a plant.
+pub(crate) fn despawn_parts(removed: On<Remove<Foliage>>, details: Query<&FoliageDetail>, mut commands: Commands) {
+    if let Ok(detail) = details.get(removed.entity) {
+        detail.parts.iter().for_each(|part| commands.entity(*part).try_despawn());
+    }
+    commands.entity(removed.entity).try_remove::<(FoliageDetail, Slot)>();
+}
+
 /// Widens the boxes of meshes by how far the wind moves them.
 pub(crate) fn widen_bounds(
     wind: Option<Res<FoliageWind>>,

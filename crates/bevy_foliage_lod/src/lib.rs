@@ -75,6 +75,7 @@ impl Plugin for FoliageLodPlugin {
             .init_resource::<FoliageSettings>()
             .init_resource::<FoliageStats>()
             .init_resource::<plants::Plants>()
+            .add_observer(foliage::despawn_parts)
             .add_plugins(MaterialPlugin::<FoliageMaterial>::default())
             .configure_sets(
                 PostUpdate,

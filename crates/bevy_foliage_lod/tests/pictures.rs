@@ -3,7 +3,7 @@
 mod common;
 
 use bevy::{
-    camera::{Exposure, Projection},
+    camera::Projection,
     core_pipeline::{
         prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass},
         tonemapping::Tonemapping,
@@ -22,7 +22,9 @@ use bevy_foliage_lod::{
 };
 use common::{BIRCH, Picture, app, camera, folder, of_species, picture};
 
-const SIZE: [u32; 2] = [256, 256];
+const SIZE: [u32; 2] = [1024, 1024];
+/// Side of the squares of pixels that are compared: which samples of one are covered is a matter of chance.
+const SQUARE: usize = 4;
 
 /// The model as an asset, drawn with a share of its leaves and all of its wood.
 fn plant(app: &mut App, model: &FoliageModel, share: f32) -> Entity {
@@ -57,6 +59,17 @@ fn coverage(picture: &Picture) -> Vec<f32> {
     picture.rgba.iter().map(|texel| 1.0 - linear(texel[0])).collect()
 }
 
+/// Sums over squares of pixels.
+fn squares(coverage: &[f32]) -> Vec<f32> {
+    let columns = SIZE[0] as usize / SQUARE;
+    let mut sums = vec![0.0; columns * SIZE[1] as usize / SQUARE];
+    for (at, coverage) in coverage.iter().enumerate() {
+        let [x, y] = [at % SIZE[0] as usize, at / SIZE[0] as usize];
+        sums[y / SQUARE * columns + x / SQUARE] += coverage;
+    }
+    sums
+}
+
 /// Sum of the differences over the sum of the second.
 fn difference(a: &[f32], b: &[f32]) -> f32 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>() / b.iter().sum::<f32>()
@@ -77,9 +90,86 @@ fn silhouettes_are_those_of_the_librarys_own_renderer() {
             drawn.keep(&format!("{name}-{share}"));
             let active = share * model.leaves.len() as f32;
             let own = own_coverage(model, &look.camera(SIZE[1]), active);
-            let difference = difference(&coverage(&drawn), &own);
-            println!("{name} at {share}: {:.2} % of the silhouette differs", 100.0 * difference);
+            let difference = difference(&squares(&coverage(&drawn)), &squares(&own));
+            let [a, b] = [coverage(&drawn), own].map(|of| of.iter().sum::<f32>());
+            println!("{name} at {share}: {:.2} % of the silhouette differs, area {:.4}", 100.0 * difference, a / b);
             assert!(difference < 0.02, "{name} at {share}: {difference}");
         }
     }
+}
+
+/// A scene with the sun, ground and the birch, and a camera beside it.
+fn lit(name: &str, share: f32, passes: impl Bundle) -> (App, Entity, Handle<Image>) {
+    let mut app = app(&folder(name));
+    let (_, view) = view(&BIRCH);
+    let (_, image) = camera(&mut app, [192, 192], (view, Msaa::Off, passes));
+    let plant = plant(&mut app, &BIRCH, share);
+    let world = app.world_mut();
+    let sun = DirectionalLight { shadow_maps_enabled: true, ..default() };
+    world.spawn((sun, Transform::from_xyz(3.0, 4.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y)));
+    let ground = world.resource_mut::<Assets<Mesh>>().add(Plane3d::default().mesh().size(100.0, 100.0));
+    let white = world.resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial::default());
+    world.spawn((Mesh3d(ground), MeshMaterial3d(white)));
+    (app, plant, image)
+}
+
+fn luminance(picture: &Picture) -> Vec<f32> {
+    picture.rgba.iter().map(|texel| texel[..3].iter().map(|byte| f32::from(*byte)).sum::<f32>() / 3.0).collect()
+}
+
+fn mean_difference(a: &Picture, b: &Picture) -> f32 {
+    let sum: f32 = luminance(a).iter().zip(luminance(b)).map(|(a, b)| (a - b).abs()).sum();
+    sum / a.rgba.len() as f32
+}
+
+#[test]
+fn shadows_are_those_of_the_leaves_that_are_drawn() {
+    let (mut app, plant, image) = lit("shadows", 1.0, ());
+    // The lower rows show ground, sunlit or not.
+    let dark = |picture: &Picture| {
+        let ground = luminance(picture).into_iter().skip(picture.rgba.len() * 3 / 4);
+        ground.filter(|luminance| *luminance < 120.0).count()
+    };
+    let full = picture(&mut app, &image);
+    full.keep("shadows-full");
+    app.world_mut().get_mut::<Foliage>(plant).unwrap().lod = FoliageLod::Share(0.1);
+    let few = picture(&mut app, &image);
+    few.keep("shadows-few");
+    app.world_mut().get_mut::<Foliage>(plant).unwrap().lod = FoliageLod::Share(0.0);
+    let none = picture(&mut app, &image);
+    none.keep("shadows-none");
+    let [full, few, none] = [&full, &few, &none].map(dark);
+    println!("{full}, {few} and {none} pixels in the shadow");
+    assert!(none * 5 < few && few * 2 > full && few < full, "{full} {few} {none}");
+}
+
+#[test]
+fn all_prepasses_and_deferred_shading_show_the_same_picture() {
+    let (mut app, _, image) = lit("forward", 0.2, ());
+    let forward = picture(&mut app, &image);
+    forward.keep("passes-forward");
+    let (mut app, _, image) = lit("prepasses", 0.2, (DepthPrepass, NormalPrepass, MotionVectorPrepass));
+    let prepasses = picture(&mut app, &image);
+    prepasses.keep("passes-prepasses");
+    assert!(mean_difference(&forward, &prepasses) < 0.5, "{}", mean_difference(&forward, &prepasses));
+    let (mut app, _, image) = lit("deferred", 0.2, (DepthPrepass, DeferredPrepass, MotionVectorPrepass));
+    app.insert_resource(bevy::pbr::DefaultOpaqueRendererMethod::deferred());
+    let deferred = picture(&mut app, &image);
+    deferred.keep("passes-deferred");
+    println!("deferred differs by {}", mean_difference(&forward, &deferred));
+    assert!(mean_difference(&forward, &deferred) < 4.0, "{}", mean_difference(&forward, &deferred));
+}
+
+#[test]
+fn the_wind_moves_leaves_and_wood_and_without_it_nothing_moves() {
+    let (mut app, _, image) = lit("wind", 0.3, MotionVectorPrepass);
+    let still = picture(&mut app, &image);
+    assert_eq!(picture(&mut app, &image), still);
+    app.init_resource::<FoliageWind>();
+    let moved = picture(&mut app, &image);
+    moved.keep("wind");
+    let later = picture(&mut app, &image);
+    assert!(mean_difference(&still, &moved) > 0.5 && mean_difference(&moved, &later) > 0.2);
+    app.world_mut().remove_resource::<FoliageWind>();
+    assert_eq!(picture(&mut app, &image), still);
 }

@@ -7,9 +7,9 @@ use bevy::{
     camera::RenderTarget,
     prelude::*,
     render::{
-        RenderPlugin,
+        RenderApp, RenderPlugin,
         pipelined_rendering::PipelinedRenderingPlugin,
-        render_resource::TextureFormat,
+        render_resource::{CachedPipelineState, PipelineCache, TextureFormat},
         view::screenshot::{Screenshot, ScreenshotCaptured},
     },
     window::ExitCondition,
@@ -58,7 +58,8 @@ pub fn app(assets: &std::path::Path) -> App {
     let render = RenderPlugin { synchronous_pipeline_compilation: true, ..default() };
     let files = AssetPlugin { file_path: assets.to_string_lossy().into(), ..default() };
     let plugins = DefaultPlugins.set(window).set(render).set(files);
-    app.add_plugins(plugins.disable::<WinitPlugin>().disable::<PipelinedRenderingPlugin>())
+    let plugins = plugins.disable::<WinitPlugin>().disable::<PipelinedRenderingPlugin>();
+    app.add_plugins(plugins.disable::<bevy::log::LogPlugin>())
         .add_plugins(FoliageLodPlugin)
         .insert_resource(ClearColor(Color::srgb_u8(BACKDROP[0], BACKDROP[1], BACKDROP[2])))
         .insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(Duration::from_millis(50)));
@@ -93,6 +94,10 @@ pub struct Picture {
 /// What a camera draws now, after some frames.
 pub fn picture(app: &mut App, image: &Handle<Image>) -> Picture {
     run(app, 4);
+    let cache = app.sub_app(RenderApp).world().resource::<PipelineCache>();
+    for pipeline in cache.pipelines() {
+        assert!(!matches!(pipeline.state, CachedPipelineState::Err(_)), "{:?}", pipeline.state);
+    }
     let found: Arc<Mutex<Option<Image>>> = Arc::default();
     let put = found.clone();
     let take = move |taken: On<ScreenshotCaptured>| *put.lock().unwrap() = Some(taken.image.clone());
