@@ -3,24 +3,28 @@
 mod common;
 
 use bevy::{
+    asset::uuid_handle,
     camera::Projection,
     core_pipeline::{
         prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass},
         tonemapping::Tonemapping,
     },
     prelude::*,
+    render::render_resource::AsBindGroup,
+    shader::ShaderRef,
 };
 use bevy_foliage_lod::{
     FoliageAsset,
     foliage_lod::{
         Camera as Viewer, FoliageModel, Instance, Look, LookAt,
+        effects::Wind,
         glam::{DAffine3, DVec3},
         model::Transition,
         software::SoftwareRenderer,
     },
     prelude::*,
 };
-use common::{BIRCH, Picture, app, camera, folder, of_species, picture};
+use common::{BIRCH, Picture, app, app_with, camera, folder, of_species, picture};
 
 const SIZE: [u32; 2] = [1024, 1024];
 /// Side of the squares of pixels that are compared: which samples of one are covered is a matter of chance.
@@ -172,4 +176,85 @@ fn the_wind_moves_leaves_and_wood_and_without_it_nothing_moves() {
     assert!(mean_difference(&still, &moved) > 0.5 && mean_difference(&moved, &later) > 0.2);
     app.world_mut().remove_resource::<FoliageWind>();
     assert_eq!(picture(&mut app, &image), still);
+}
+
+/// Shows motion vectors in place of what is behind it.
+#[derive(Asset, TypePath, AsBindGroup, Clone, Default)]
+struct ShowMotion {}
+
+const MOTION: Handle<Shader> = uuid_handle!("9b1f5d3e-0e7b-4a8e-9a55-3f6a1c2b7d90");
+
+impl Material for ShowMotion {
+    fn fragment_shader() -> ShaderRef {
+        MOTION.into()
+    }
+
+    fn alpha_mode(&self) -> AlphaMode {
+        AlphaMode::Blend
+    }
+}
+
+/// Mean motion in pixels over those pixels that are covered, and over the others.
+fn motion(app: &mut App, covered: &[bool], image: &Handle<Image>) -> [Vec2; 2] {
+    let shown = picture(app, image);
+    let mean = |is_covered: bool| {
+        let of = shown.rgba.iter().zip(covered).filter(|(_, covered)| **covered == is_covered);
+        let vectors: Vec<Vec2> = of
+            .map(|(texel, _)| {
+                let linear = LinearRgba::from(Color::srgb_u8(texel[0], texel[1], 0));
+                (Vec2::new(linear.red, linear.green) - 0.5) / 38.4 * 192.0
+            })
+            .collect();
+        vectors.iter().sum::<Vec2>() / vectors.len() as f32
+    };
+    [true, false].map(mean)
+}
+
+#[test]
+fn motion_vectors_are_those_of_leaves_and_wood() {
+    let mut app = app_with(&folder("motion"), |app| {
+        app.add_plugins(MaterialPlugin::<ShowMotion>::default());
+    });
+    let shader = Shader::from_wesl(include_str!("motion.wesl"), "motion.wesl");
+    app.world_mut().resource_mut::<Assets<Shader>>().insert(MOTION.id(), shader).unwrap();
+    let (_, (eye, projection)) = view(&BIRCH);
+    let passes = (Msaa::Off, Tonemapping::None, DepthPrepass, MotionVectorPrepass);
+    let (_, image) = camera(&mut app, [192, 192], (eye, projection, passes));
+    let plant = plant(&mut app, &BIRCH, 0.4);
+    let covered = picture(&mut app, &image).covered();
+    // A screen before the camera.
+    let world = app.world_mut();
+    let screen = world.resource_mut::<Assets<Mesh>>().add(Rectangle::new(9.0, 9.0));
+    let material = world.resource_mut::<Assets<ShowMotion>>().add(ShowMotion {});
+    let place = Transform { translation: eye.translation + eye.forward() * 0.5, ..eye };
+    world.spawn((Mesh3d(screen), MeshMaterial3d(material), place));
+    let [still, beside] = motion(&mut app, &covered, &image);
+    assert!(still.length() < 0.1 && beside.length() < 0.1, "{still} {beside}");
+    // Wind moves the plant alone.
+    app.insert_resource(FoliageWind(Wind { strength: 0.1, ..Wind::default() }));
+    let most = |app: &mut App| {
+        let motions: Vec<[Vec2; 2]> = (0..6).map(|_| motion(app, &covered, &image)).collect();
+        [0, 1].map(|i| motions.iter().map(|motion| motion[i].length()).fold(0.0, f32::max))
+    };
+    let [windy, beside] = most(&mut app);
+    println!("in the wind: {windy} px a frame, beside {beside}");
+    assert!(windy > 0.08 && beside < 0.3 * windy, "{windy} {beside}");
+    app.world_mut().remove_resource::<FoliageWind>();
+    // A plant that moves across the picture by a tenth of a radius a frame.
+    let step = 0.02 * BIRCH.sphere().radius as f32;
+    let right = eye.right() * step;
+    let mover = move |mut plants: Query<&mut Transform, With<Foliage>>, mut frame: Local<u32>| {
+        // To and fro, so that it stays in place on average.
+        *frame += 1;
+        let sign = if *frame % 2 == 0 { 1.0 } else { -1.0 };
+        plants.iter_mut().for_each(|mut place| place.translation += right * sign);
+    };
+    app.add_systems(Update, mover);
+    let _ = plant;
+    let [moved, _] = motion(&mut app, &covered, &image);
+    let (look, _) = view(&BIRCH);
+    let distance = (look.eye - look.target).length() as f32;
+    let expected = step / distance / (0.5 * look.fov_y_radians as f32).tan() * 96.0;
+    println!("moved: {moved}, {expected} px expected");
+    assert!((moved.x.abs() - expected).abs() < 0.15 * expected && moved.y.abs() < 0.1 * expected, "{moved} {expected}");
 }

@@ -69,7 +69,10 @@ pub fn model(options: &Options) -> FoliageModel {
         None => {
             let leaves = Some(options.get("--grow", 3000));
             let birch = grow(&Species::embedded("betula-populifolia")?, &GrowOptions { leaves, ..Default::default() })?;
-            Ok(simplify(&birch, &SimplifyOptions::fast(), &mut CpuFragments::new(), &mut Quiet)?.model)
+            let mut model = simplify(&birch, &SimplifyOptions::fast(), &mut CpuFragments::new(), &mut Quiet)?.model;
+            // Wood loses detail too.
+            model.order_wood();
+            Ok(model)
         }
     };
     made().unwrap_or_else(|error| fail(&error.to_string()))

@@ -53,6 +53,11 @@ pub fn folder(name: &str) -> PathBuf {
 
 /// An app that has started, without a camera. Time passes by a twentieth of a second a frame.
 pub fn app(assets: &std::path::Path) -> App {
+    app_with(assets, |_| {})
+}
+
+/// The same with more plug-ins.
+pub fn app_with(assets: &std::path::Path, more: impl FnOnce(&mut App)) -> App {
     let mut app = App::new();
     let window = WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
     let render = RenderPlugin { synchronous_pipeline_compilation: true, ..default() };
@@ -63,6 +68,7 @@ pub fn app(assets: &std::path::Path) -> App {
         .add_plugins(FoliageLodPlugin)
         .insert_resource(ClearColor(Color::srgb_u8(BACKDROP[0], BACKDROP[1], BACKDROP[2])))
         .insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(Duration::from_millis(50)));
+    more(&mut app);
     while app.plugins_state() == PluginsState::Adding {
         bevy::tasks::tick_global_task_pools_on_main_thread();
     }
