@@ -34,8 +34,12 @@ orbit = { distance = 90, height = 6, seconds = 60 }
 "#;
 
 fn scene(more: &str) -> TempDir {
+    scene_with(&format!("{SCENE}{more}"))
+}
+
+fn scene_with(text: &str) -> TempDir {
     let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("grove.toml"), format!("{SCENE}{more}")).unwrap();
+    fs::write(folder.path().join("grove.toml"), text).unwrap();
     folder
 }
 
@@ -131,4 +135,119 @@ fn the_report_compares_the_rules_of_a_budget_with_every_leaf() {
     assert!(rows.iter().all(|row| (0.2..5.0).contains(&number(row, "largest_change"))), "{rows:?}");
     let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert!(page.contains("What accuracy costs in time") && page.contains("least error, by what shows"));
+}
+
+#[test]
+fn a_budget_by_what_shows_goes_by_what_hills_hide() {
+    let scene = SCENE.replace("[ground]\n", "");
+    let folder = scene_with(&format!(
+        "{scene}[budget]\nleaves = 500\nvisibility = true\n[ground]\narea = [200, 200]\nheights = \"hill.png\"\nrelief = 0\n"
+    ));
+    // A ridge between the eye, which is 90 m away from the plants, and them.
+    let hill = image::GrayImage::from_fn(64, 64, |x, _| image::Luma([if x > 56 { 255 } else { 0 }]));
+    hill.save(folder.path().join("hill.png")).unwrap();
+    let on_cpu = ["--raster", "cpu", "--seconds", "0"];
+    let level = json(&folder, &on_cpu);
+    let path = folder.path().join("grove.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace("relief = 0", "relief = 40")).unwrap();
+    let behind = json(&folder, &on_cpu);
+    fs::write(&path, text.replace("relief = 0", "relief = 40").replace("visibility = true", "visibility = false"))
+        .unwrap();
+    let blind = json(&folder, &on_cpu);
+    let [hidden, shown] =
+        ["hidden", "shown"].map(|key| [&level, &behind].map(|of| of["visibility"][key].as_f64().unwrap()));
+    assert!(hidden[1] > hidden[0] + 10.0 && shown[1] < 0.5 * shown[0], "{hidden:?} {shown:?}");
+    assert!(blind["visibility"].is_null(), "{blind}");
+}
+
+/// A forest: species with their leaves, number, area, distance between two, and seed.
+struct Forest {
+    name: &'static str,
+    species: &'static [(&'static str, u32)],
+    count: u32,
+    side: f32,
+    spacing: f32,
+}
+
+const FORESTS: [Forest; 3] = [
+    Forest {
+        name: "dense",
+        species: &[("english-oak", 3000), ("carya-illinoinensis", 3000), ("betula-populifolia", 3000)],
+        count: 500,
+        side: 140.0,
+        spacing: 4.5,
+    },
+    Forest {
+        name: "open",
+        species: &[("english-oak", 4000), ("betula-populifolia", 4000)],
+        count: 200,
+        side: 220.0,
+        spacing: 11.0,
+    },
+    Forest {
+        name: "birches over hazel",
+        species: &[("betula-populifolia", 3000), ("hazel", 1500), ("hazel", 1000)],
+        count: 500,
+        side: 120.0,
+        spacing: 3.0,
+    },
+];
+
+/// A camera path through or over a forest of this side; from its eye to its target.
+fn path(height: f32, side: f32) -> String {
+    let down = match height {
+        height if height < 10.0 => 2.0,
+        height if height < 60.0 => 4.0,
+        _ => 0.0,
+    };
+    let [from, ahead] = if height < 10.0 { [0.4 * side, 40.0] } else { [0.5 * side + 0.5 * height, 1.2 * height] };
+    let station = |seconds: u32, z: f32| {
+        format!("[[camera.path]]\nseconds = {seconds}\neye = [2, {height}, {z}]\ntarget = [6, {down}, {}]\n", z - ahead)
+    };
+    format!("[camera]\nfov = 55\n{}{}", station(0, from), station(20, from - 0.5 * side))
+}
+
+/// What the rules of a budget make of three forests on three paths, on pictures. Run it alone:
+/// `cargo test -p foliage-lod-cli --test budgets -- --ignored --nocapture`.
+#[test]
+#[ignore = "draws every leaf of nine scenes: half an hour"]
+fn by_what_shows_a_forest_is_most_like_every_leaf_on_three_paths() {
+    let folder = TempDir::new().unwrap();
+    let only = std::env::var("FOLIAGE_FOREST").ok();
+    for Forest { name, species, count, side, spacing } in &FORESTS {
+        if only.as_ref().is_some_and(|only| only != name) {
+            continue;
+        }
+        let mut models = String::new();
+        for (i, (species, leaves)) in species.iter().enumerate() {
+            models +=
+                &format!("[[models]]\nname = \"m{i}\"\nspecies = \"{species}\"\nleaves = {leaves}\nseed = {}\n", i + 1);
+        }
+        let names: Vec<String> = (0..species.len()).map(|i| format!("\"m{i}\"")).collect();
+        let scatter = format!(
+            "[[scatter]]\nmodels = [{}]\ncount = {count}\nseed = 4\narea = [{side}, {side}]\nspacing = {spacing}\nscale = [0.8, 1.2]\n",
+            names.join(", ")
+        );
+        for (height, path_name) in [(1.7, "walker"), (30.0, "30 m"), (120.0, "120 m")] {
+            let text = format!("{models}{scatter}{}[ground]\n", path(height, *side));
+            fs::write(folder.path().join("forest.toml"), text).unwrap();
+            let arguments = ["report", "forest.toml", "--budgets", "-o", "out", "--size", "480x270", "--json"];
+            let output = command::command(folder.path(), &arguments).output().unwrap();
+            succeeds(&output);
+            let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+            for row in told["budgets"].as_array().unwrap() {
+                let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+                let [budget, leaves, rmse, ssim, change] =
+                    ["budget", "leaves", "rmse", "ssim", "largest_change"].map(number);
+                println!(
+                    "| {name} | {path_name} | {} | {:.0} % | {leaves:.0} | {rmse:.2} | {ssim:.4} | {:.3} | {change:.2} | {:.0} |",
+                    row["rule"].as_str().unwrap(),
+                    100.0 * budget,
+                    number("flip"),
+                    1e3 * row["frame_seconds"]["p50"].as_f64().unwrap(),
+                );
+            }
+        }
+    }
 }
