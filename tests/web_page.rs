@@ -196,9 +196,10 @@ fn the_page_shows_the_same_leaf_as_our_renderer_at_each_pixel() {
 /// Trees of others, whose leaves are cut out by pictures that are minified. Positions are exact, as
 /// the seeds of partial coverage go by the order of leaves' places.
 ///
-/// Fewer pixels are the same where leaves and twigs are a few pixels wide, as WebGL in software has
-/// coarser subpixels (95 % of those that `sapling_birch_8k_rect` covers, half of the others at edges
-/// of wood), and where our renderer stretches pictures to one size (92 %, `ftlab_keyaki`).
+/// Fewer pixels are the same where leaves and twigs are a few pixels wide: WebGL in software has 4
+/// bits of subpixels (95 % of those that `sapling_birch_8k_rect` covers; with few leaves three
+/// quarters of the others are at edges of twigs), and where our renderer stretches pictures to one
+/// size (92 %, `ftlab_keyaki`).
 #[test]
 fn minified_textures_of_real_trees_cover_the_same_pixels() {
     let Some(trees) = std::env::var_os("FOLIAGE_TREES") else {

@@ -22,8 +22,8 @@ const STEPS: [f64; 2] = [-0.15, 0.02];
 /// How far the expected time may be from the target, over it, while the budget stays, and how near
 /// it comes before the budget stays again.
 const DEAD_BAND: [f64; 2] = [0.05, 0.01];
-/// Readings after a change from which on the budget may stay: before, the expected time still moves,
-/// and would leave it at the edge of the dead band.
+/// Readings after a change from which on the budget may stay: before, the expected time still
+/// moves, and would leave it at the edge of the dead band.
 const SURE: f64 = 2.0 / SHARE;
 /// Most frames that a reading may be late.
 const LATEST: usize = 32;

@@ -59,8 +59,8 @@ impl Buffer {
         }
     }
 
-    /// Draws an ellipse whose nearest part has a distance. Returns the number of its pixels in the picture and of those that show, or
-    /// `None` if there are none.
+    /// Draws an ellipse whose nearest part has a distance. Returns the number of its pixels in the
+    /// picture and of those that show, or `None` if there are none.
     pub(super) fn draw(
         &mut self,
         [x, y]: [f32; 2],

@@ -16,12 +16,12 @@
 //! estimates counts, a weight rises at once and falls by 8 octaves a second, so that nothing that
 //! comes out from behind a tree is bare, and a camera that stands still changes nothing.
 //!
-//! What is opaque hides crowns whose nearest part is behind it: [ground](Visibility::set_ground), and
-//! what the host [tells](Visibility::set_opaque).
+//! What is opaque hides crowns whose nearest part is behind it: [ground](Visibility::set_ground),
+//! and what the host [tells](Visibility::set_opaque).
 //!
 //! Limits: trunks hide nothing. Crowns below two pixels of the small picture, about 16 on a screen
-//! of 1080 rows, hide nothing and show in full, and so do those around the camera. Ground
-//! hides nothing from orthographic cameras. What shows is of crowns at rest.
+//! of 1080 rows, hide nothing and show in full, and so do those around the camera. Ground hides
+//! nothing from orthographic cameras. What shows is of crowns at rest.
 
 mod buffer;
 mod ground;
@@ -148,8 +148,8 @@ impl Visibility {
 
     /// Draws what hides plants but is none, such as houses and hills: the distance from the eye of
     /// what is seen at a place of the picture, from (-1, -1) in the lower left to (1, 1) in the
-    /// upper right, or infinity. It counts from the next estimate on, until it is given anew; `None`
-    /// takes it away.
+    /// upper right, or infinity. It counts from the next estimate on, until it is given anew;
+    /// `None` takes it away.
     pub fn set_opaque(&mut self, distance: Option<impl FnMut([f32; 2]) -> f32>, aspect: f64) {
         self.buffer.set_opaque(distance, aspect);
     }
