@@ -8,6 +8,9 @@ mod forest;
 mod grove;
 #[path = "budget/hard.rs"]
 mod hard;
+#[cfg(all(feature = "simplify", feature = "software"))]
+#[path = "budget/hills.rs"]
+mod hills;
 #[path = "budget/oracle.rs"]
 mod oracle;
 #[path = "budget/pace.rs"]

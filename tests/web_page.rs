@@ -17,8 +17,9 @@ use foliage_lod::{
     glam::{DAffine3, DMat4, DVec3},
     gpu::{Offscreen, TARGET, TargetFormat},
     grow::{GrowOptions, Species, grow},
+    import::{ImportOptions, load},
     material::{AlphaMode, TextureFormat},
-    simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
+    simplify::{CpuFragments, GrowBy, Quiet, SimplifyOptions, simplify},
     software::Image,
 };
 use serde_json::{Value, json};
@@ -163,11 +164,13 @@ fn equal(numbers: &[u32], picture: &Image, leaves: u32) -> [f64; 2] {
 
 fn assert_equal(page: &Path, model: &FoliageModel, pictures: &[Image]) {
     let Some(numbers) = numbers(page, model) else { return };
+    let mut least = [1.0_f64; 2];
     for ((numbers, picture), count) in numbers.iter().zip(pictures).zip(counts(model)) {
         let [of_all, of_covered] = equal(numbers, picture, model.leaves.len() as u32);
         println!("{count} leaves: {:.2} % of all pixels, {:.2} % of covered ones", of_all * 100.0, of_covered * 100.0);
-        assert!(of_all >= LEAST_EQUAL[0] && of_covered >= LEAST_EQUAL[1], "at {count} leaves");
+        least = [least[0].min(of_all), least[1].min(of_covered)];
     }
+    assert!(least[0] >= LEAST_EQUAL[0] && least[1] >= LEAST_EQUAL[1], "{least:?}");
 }
 
 fn quantised(model: &FoliageModel) -> Vec<u8> {
@@ -187,6 +190,32 @@ fn the_page_shows_the_same_leaf_as_our_renderer_at_each_pixel() {
         let Some(pictures) = pictures(&model) else { return };
         let folder = tempfile::tempdir().unwrap();
         assert_equal(&write_page(folder.path(), &quantised(&model)), &model, &pictures);
+    }
+}
+
+/// Trees of others, whose leaves are cut out by pictures that are minified. Positions are exact, as
+/// the seeds of partial coverage go by the order of leaves' places.
+///
+/// Fewer pixels are the same where leaves and twigs are a few pixels wide: WebGL in software has 4
+/// bits of subpixels (95 % of those that `sapling_birch_8k_rect` covers; with few leaves three
+/// quarters of the others are at edges of twigs), and where our renderer stretches pictures to one
+/// size (92 %, `ftlab_keyaki`).
+#[test]
+fn minified_textures_of_real_trees_cover_the_same_pixels() {
+    let Some(trees) = std::env::var_os("FOLIAGE_TREES") else {
+        println!("skipped: FOLIAGE_TREES is not set");
+        return;
+    };
+    for name in ["eztree_oak_medium", "seedthree_whiteoak_LOD1_merged", "CommonTree_1", "proctree_l7"] {
+        let path = Path::new(&trees).join(name).with_extension("glb");
+        let plant = load(&path, &ImportOptions::default()).unwrap().plant;
+        let options = SimplifyOptions { resolution: 32, grow_by: GrowBy::Scale, ..SimplifyOptions::fast() };
+        let model = simplify(&plant, &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
+        println!("{name}");
+        let Some(pictures) = pictures(&model) else { return };
+        let glb = write_continuous(&model, &GlbOptions { exact: true, ..GlbOptions::default() }).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        assert_equal(&write_page(folder.path(), &glb), &model, &pictures);
     }
 }
 

@@ -10,6 +10,8 @@ const FULL_PX = 1000;
 const LEVELS = [1, 1 / 3, 1 / 9, 1 / 27, 1 / 81];
 /** Least share of the leaves on the slider. */
 const LEAST = 0.002;
+/** Multiplier of hashes: 2^32 over the golden ratio. */
+const HASH = 2654435761;
 const TOWARDS_SUN = unit([0.62, 0.72, 0.42]);
 const MODES = { prefix: 'Continuous', levels: 'Levels', random: 'Random' };
 
@@ -41,6 +43,8 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 uv;
 layout(location = 3) in vec4 color;
 layout(location = 4) in float leaf;
+// Seed of its partial coverage, from 0 to 1, and the coarsest mip level that shows it.
+layout(location = 5) in vec2 grain;
 uniform mat4 clipFromWorld;
 uniform float count;
 // Scale of all leaves alike; 0 to look up that of each.
@@ -50,6 +54,7 @@ out vec3 vNormal;
 out vec2 vUv;
 out vec4 vColor;
 flat out float vLeaf;
+flat out vec2 vGrain;
 #ifdef IS_LEAF
 ${GLSL}
 #endif
@@ -68,6 +73,7 @@ void main() {
   vUv = uv;
   vColor = color;
   vLeaf = leaf;
+  vGrain = grain;
   gl_Position = clipFromWorld * vec4(at, 1.0);
 }`;
 
@@ -95,20 +101,56 @@ vec3 encoded(vec3 c) {
   return mix(c * 12.92, 1.055 * pow(max(c, 0.0), vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
 }`;
 
-// Opacity of a texel around the cutoff: an edge one pixel wide, and as much coverage where the
-// texture is minified.
+// How many of a pixel's samples a cut-out covers, as a share. Mip levels hold coverage instead of
+// alpha; where they are used, it is rounded up or down by a hash of the texel and of the leaf, so that
+// it is right on average, and sampled more finely than colours are. As in shaders/surface.wgsl.
 const OPACITY = `
 uniform sampler2D albedo;
 uniform vec4 baseColor;
 // Below 0 for an opaque material.
 uniform float cutoff;
-float opacity(float alpha, vec2 uv) {
+uniform float samples;
+float hash(ivec3 cell) {
+  uint mixed = 0u;
+  for (int i = 0; i < 3; i++) mixed = (mixed ^ (mixed >> 15) ^ uint(cell[i])) * ${HASH}u;
+  return float((mixed ^ (mixed >> 15)) >> 8) / 16777216.0;
+}
+float opacity(vec2 uv, float factor, vec2 grain) {
   if (cutoff < 0.0) return 1.0;
-  vec2 texels = vec2(textureSize(albedo, 0));
-  vec2 across = fwidth(uv) * texels;
-  float level = max(log2(max(max(across.x, across.y), 1e-6)), 0.0);
-  float sharp = alpha * (1.0 + 0.25 * level);
-  return (sharp - cutoff) / max(fwidth(sharp), 1e-3) + 0.5;
+  vec2 size = vec2(textureSize(albedo, 0));
+  vec2 right = dFdx(uv) * size;
+  vec2 up = dFdy(uv) * size;
+  float level = min(0.5 * log2(max(max(dot(right, right), dot(up, up)), 1e-12)) - 2.0, grain.y);
+  float minified = clamp(level, 0.0, 1.0);
+  float full = textureLod(albedo, uv, 0.0).a;
+  float rise = max(min(fwidth(full * factor), 2.0 * min(cutoff, 1.0 - cutoff)), 1e-4);
+  float edge = samples > 1.0 ? clamp((full * factor - cutoff) / rise + 0.5, 0.0, 1.0) : step(cutoff, full * factor);
+  float filtered = textureLod(albedo, uv, max(level, 0.0)).a;
+  float coverage = clamp(filtered + (1.0 - minified) * (edge - full), 0.0, 1.0);
+  float whole = floor(max(level, 0.0)) + 2.0;
+  ivec3 cell = ivec3(ivec2(floor(uv * size * exp2(-whole))), int(whole));
+  float dither = mix(0.5, fract(hash(cell) + grain.x), minified);
+  return min(floor(coverage * samples + dither) / samples, 1.0);
+}`;
+
+// A mip level from the one above it, which is the only one that is bound: coverage, and the mean
+// colour of what is covered. The full texture is cut out as it is filtered.
+const MIP_FRAGMENT = `
+uniform sampler2D above;
+uniform vec2 size;
+// Below 0 for levels that hold coverage already.
+uniform float cutoff;
+out vec4 color;
+void main() {
+  vec4 sum = vec4(0.0);
+  for (int i = 0; i < 16; i++) {
+    vec2 at = (gl_FragCoord.xy - 0.5 + (vec2(i & 3, i >> 2) + 0.5) / 4.0) / size;
+    vec4 texel = cutoff < 0.0 ? texelFetch(above, ivec2(at * vec2(textureSize(above, 0))), 0) : texture(above, at);
+    float covered = cutoff < 0.0 ? texel.a : step(cutoff, texel.a);
+    // What is clear keeps a colour.
+    sum += vec4(texel.rgb * (covered + 1e-5), covered);
+  }
+  color = vec4(sum.rgb / (sum.a + 16e-5), sum.a / 16.0);
 }`;
 
 const FRAGMENT = `
@@ -116,7 +158,7 @@ in vec3 vPosition;
 in vec3 vNormal;
 in vec2 vUv;
 in vec4 vColor;
-flat in float vLeaf;
+flat in vec2 vGrain;
 uniform vec3 eye;
 uniform vec3 crownCenter;
 uniform vec3 crownInverse;
@@ -125,8 +167,8 @@ ${OPACITY}
 ${LIGHT}
 void main() {
   vec4 texel = texture(albedo, vUv) * baseColor * vColor;
-  float alpha = opacity(texel.a, vUv);
-  if (alpha < 0.1) discard;
+  float alpha = opacity(vUv, baseColor.a * vColor.a, vGrain);
+  if (alpha == 0.0) discard;
   vec3 normal = normalize(vNormal);
 #ifdef IS_LEAF
   if (dot(normal, vPosition - eye) > 0.0) normal = -normal;
@@ -146,15 +188,16 @@ void main() {
 #else
   vec3 light = sun * max(cosine, 0.0) + sky(normal);
 #endif
-  color = vec4(encoded(texel.rgb * light * open), clamp(alpha, 0.0, 1.0));
+  color = vec4(encoded(texel.rgb * light * open), alpha);
 }`;
 
 const DEPTH_FRAGMENT = `
 in vec2 vUv;
 in vec4 vColor;
+flat in vec2 vGrain;
 ${OPACITY}
 void main() {
-  if (cutoff >= 0.0 && opacity(texture(albedo, vUv).a * baseColor.a * vColor.a, vUv) < 0.5) discard;
+  if (opacity(vUv, baseColor.a * vColor.a, vGrain) == 0.0) discard;
 }`;
 
 // Number of the leaf at each pixel, from 1; wood is 0xffffff.
@@ -162,10 +205,11 @@ const ID_FRAGMENT = `
 in vec2 vUv;
 in vec4 vColor;
 flat in float vLeaf;
+flat in vec2 vGrain;
 out vec4 color;
 ${OPACITY}
 void main() {
-  if (cutoff >= 0.0 && opacity(texture(albedo, vUv).a * baseColor.a * vColor.a, vUv) < 0.5) discard;
+  if (opacity(vUv, baseColor.a * vColor.a, vGrain) == 0.0) discard;
 #ifdef IS_LEAF
   int number = int(vLeaf) + 1;
 #else
@@ -270,6 +314,48 @@ async function embedded() {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
+/**
+ * Of each leaf, seed of its partial coverage and coarsest mip level, for the leaf parts and the size of
+ * each part's picture. Seeds are spread evenly over the crown, by ranks along a Z-order curve.
+ */
+function grains(foliage, parts, sizes) {
+  const middles = new Float64Array(3 * foliage.leaves);
+  const corners = new Uint32Array(foliage.leaves);
+  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  const shown = Float64Array.from({ length: 4 * foliage.leaves }, (_, i) => i & 2 ? -Infinity : Infinity);
+  parts.forEach(({ position, uv, leaf, indices }, i) => {
+    position.forEach((x, at) => {
+      low[at % 3] = Math.min(low[at % 3], x);
+      high[at % 3] = Math.max(high[at % 3], x);
+    });
+    for (const corner of indices) {
+      const of = leaf[corner];
+      corners[of]++;
+      for (let k = 0; k < 3; k++) middles[3 * of + k] += position[3 * corner + k];
+      for (let k = 0; k < 2 && uv; k++) {
+        const texels = uv[2 * corner + k] * sizes[i][k];
+        shown[4 * of + k] = Math.min(shown[4 * of + k], texels);
+        shown[4 * of + 2 + k] = Math.max(shown[4 * of + 2 + k], texels);
+      }
+    }
+  });
+  const places = Uint32Array.from(corners, (count, of) => {
+    let code = 0;
+    for (let k = 0; k < 3; k++) {
+      const inverse = Math.fround(2 / Math.max(Math.fround(high[k] - low[k]), 1e-30));
+      const cell = clamp(Math.floor(((middles[3 * of + k] / count - (low[k] + high[k]) / 2) * inverse * 0.5 + 0.5) * 256), 0, 255);
+      for (let bit = 0; bit < 8; bit++) code |= (cell >> bit & 1) << (3 * bit + k);
+    }
+    return code;
+  });
+  const grain = new Float32Array(2 * foliage.leaves);
+  Uint32Array.from(places.keys()).sort((a, b) => places[a] - places[b] || a - b).forEach((of, rank) => {
+    const across = Math.min(...[0, 1].map((k) => Math.max(shown[4 * of + 2 + k] - shown[4 * of + k], 1)));
+    grain.set([(Math.imul(rank, HASH) >>> 16) / 65536, Math.log2(across) - 2], 2 * of);
+  });
+  return grain;
+}
+
 /** Leaf triangles in a random order of leaves, the same each time. */
 function shuffled(foliage) {
   const rank = Uint32Array.from({ length: foliage.leaves }, (_, i) => i);
@@ -303,11 +389,17 @@ class Renderer {
     const both = (fragment) => [program(VERTEX, fragment, false), program(VERTEX, fragment, true)];
     this.programs = { color: both(FRAGMENT), depth: both(DEPTH_FRAGMENT), id: both(ID_FRAGMENT) };
     this.surroundings = program(COVER, SURROUNDINGS, false);
+    this.mip = program(COVER, MIP_FRAGMENT, false);
+    this.samples = gl.getParameter(gl.SAMPLES) || 1;
     this.empty = gl.createVertexArray();
     this.#foliage();
     const orders = shuffled(model.foliage);
-    this.parts = model.foliage.parts.map((part, i) => this.#part(part, orders[i]));
-    this.textures = bitmaps.map((bitmap) => bitmap && this.#image(bitmap));
+    const leafParts = model.foliage.parts.filter((part) => part.leaf);
+    const sizes = leafParts.map(({ material }) => bitmaps[model.materials[material]?.image] ?? { width: 1, height: 1 });
+    const grain = grains(model.foliage, leafParts, sizes.map(({ width, height }) => [width, height]));
+    this.parts = model.foliage.parts.map((part, i) => this.#part(part, orders[i], grain));
+    const masks = bitmaps.map((_, i) => model.materials.find(({ image, cutoff }) => image === i && cutoff !== null));
+    this.textures = bitmaps.map((bitmap, i) => bitmap && this.#image(bitmap, masks[i]));
     this.white = this.#image(new ImageData(new Uint8ClampedArray([255, 255, 255, 255]), 1, 1));
     this.shadows = new Map();
     this.#sun();
@@ -352,7 +444,7 @@ class Renderer {
     this.events = texture(events, gl.RG32F, gl.RG);
   }
 
-  #part(part, order) {
+  #part(part, order, grain) {
     const { gl } = this;
     const buffer = (target, data) => {
       const made = gl.createBuffer();
@@ -362,6 +454,8 @@ class Renderer {
     };
     const white = [1, 1, 1, 1];
     const inputs = [[part.position, 3], [part.normal, 3, [0, 1, 0, 0]], [part.uv, 2, [0, 0, 0, 0]], [part.color, part.colorSize, white], [part.leaf, 1, [0, 0, 0, 0]]];
+    const ofCorners = part.leaf && Float32Array.from({ length: 2 * part.leaf.length }, (_, i) => grain[2 * part.leaf[i >> 1] + (i & 1)]);
+    inputs.push([ofCorners, 2, [0, 30, 0, 0]]);
     gl.bindVertexArray(null);
     const buffers = inputs.map(([data]) => data && buffer(gl.ARRAY_BUFFER, data));
     const array = (indices) => {
@@ -382,17 +476,50 @@ class Renderer {
     return made;
   }
 
-  #image(bitmap) {
+  /** A texture; of a material with a cutoff, if there is one, whose coverage its levels keep. */
+  #image(bitmap, mask) {
     const { gl } = this;
     const texture = gl.createTexture();
+    const { width, height } = bitmap;
+    const levels = 1 + Math.floor(Math.log2(Math.max(width, height)));
     gl.bindTexture(gl.TEXTURE_2D, texture);
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
-    gl.generateMipmap(gl.TEXTURE_2D);
+    gl.texStorage2D(gl.TEXTURE_2D, levels, gl.SRGB8_ALPHA8, width, height);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
+    if (mask) this.#cutOut(texture, [width, height], levels, mask); else gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
     const sharper = gl.getExtension('EXT_texture_filter_anisotropic');
     if (sharper) gl.texParameterf(gl.TEXTURE_2D, sharper.TEXTURE_MAX_ANISOTROPY_EXT, 4);
     return texture;
+  }
+
+  /** Draws the levels of the bound texture from one another. */
+  #cutOut(texture, [width, height], levels, { cutoff, color, wrap }) {
+    const { gl } = this;
+    const { program, at } = this.mip;
+    const target = gl.createFramebuffer();
+    gl.useProgram(program);
+    gl.bindVertexArray(this.empty);
+    gl.uniform1i(at.above, 0);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, wrap[0]);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, wrap[1]);
+    for (let level = 1; level < levels; level++) {
+      const size = [width, height].map((side) => Math.max(side >> level, 1));
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_BASE_LEVEL, level - 1);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAX_LEVEL, level - 1);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, level);
+      gl.viewport(0, 0, ...size);
+      gl.uniform2f(at.size, ...size);
+      gl.uniform1f(at.cutoff, level > 1 ? -1 : cutoff / Math.max(color[3], 1e-6));
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_BASE_LEVEL, 0);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAX_LEVEL, levels - 1);
+    gl.bindVertexArray(null);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.deleteFramebuffer(target);
   }
 
   /** The sun's orthographic view around the tree, with room for leaves that grow. */
@@ -469,6 +596,7 @@ class Renderer {
       gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, material.wrap[1]);
       gl.uniform4fv(at.baseColor, material.color);
       gl.uniform1f(at.cutoff, material.cutoff ?? -1);
+      gl.uniform1f(at.samples, kind === 'color' ? this.samples : 1);
       for (const [location, value] of absent) gl.vertexAttrib4fv(location, value);
       const isMasked = kind === 'color' && material.cutoff !== null;
       if (isMasked) gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);

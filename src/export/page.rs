@@ -21,7 +21,7 @@ const EFFORT: u8 = 9;
 /// Returns an HTML page that draws `glb`, the bytes of a continuous glTF. `title` is that of the
 /// browser's window until the tree is drawn; any text will do.
 ///
-/// The page is as long as the compressed glTF and a third, plus 45 kB.
+/// The page is as long as the compressed glTF and a third, plus 70 kB.
 pub fn page(glb: &[u8], title: &str) -> String {
     let model = STANDARD.encode(compress_to_vec_zlib(glb, EFFORT));
     let script = format!("{READER}\n{SCRIPT}");

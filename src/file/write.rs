@@ -29,6 +29,14 @@ pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
 /// # Errors
 /// As [`write_whole`], for the first file that fails.
 pub fn write_all(files: &[(impl AsRef<Path>, impl AsRef<[u8]>)]) -> Result<()> {
+    replace_all(written(files)?)
+}
+
+/// A file that is written under another name beside its own, and its own, as given and with links
+/// resolved.
+type Written<'a> = (&'a Path, NamedTempFile, PathBuf);
+
+fn written(files: &[(impl AsRef<Path>, impl AsRef<[u8]>)]) -> Result<Vec<Written<'_>>> {
     let mut written = Vec::new();
     for (path, bytes) in files {
         let path = path.as_ref();
@@ -38,6 +46,11 @@ pub fn write_all(files: &[(impl AsRef<Path>, impl AsRef<[u8]>)]) -> Result<()> {
         file.as_file().sync_all().map_err(failed)?;
         written.push((path, file, target));
     }
+    Ok(written)
+}
+
+/// Gives all files their names, or none.
+fn replace_all(written: Vec<Written>) -> Result<()> {
     let mut replaced: Vec<(PathBuf, Option<TempPath>)> = Vec::new();
     let is_only = written.len() == 1;
     for (path, file, target) in written {
@@ -168,6 +181,29 @@ mod tests {
         write_all(&files).unwrap();
         assert_eq!([&old, &new, &last].map(|path| fs::read(path).unwrap()), [b"1", b"2", b"3"]);
         assert_eq!(names(folder.path()).len(), 3);
+    }
+
+    #[test]
+    fn files_whose_names_are_taken_while_others_are_replaced_leave_all_as_it_was() {
+        for taken in 0..4 {
+            let folder = tempfile::tempdir().unwrap();
+            let paths = ["a", "b", "c", "d"].map(|name| folder.path().join(name));
+            let is_new = |i: usize| i % 2 == 1 || i == taken;
+            (0..4).filter(|&i| !is_new(i)).for_each(|i| fs::write(&paths[i], [b'0' + i as u8]).unwrap());
+            let files: Vec<_> = paths.iter().map(|path| (path, b"after")).collect();
+            let ready = written(&files).unwrap();
+            // A folder of this name appears too late to be refused.
+            fs::create_dir(&paths[taken]).unwrap();
+            fs::write(paths[taken].join("inside"), b"kept").unwrap();
+            let error = replace_all(ready).unwrap_err();
+            assert!(matches!(&error, Error::Io { path, .. } if *path == paths[taken]), "{error}");
+            for (i, path) in paths.iter().enumerate().filter(|(i, _)| *i != taken) {
+                assert_eq!(fs::read(path).ok(), (!is_new(i)).then(|| vec![b'0' + i as u8]), "{i} of {taken}");
+            }
+            assert_eq!(fs::read(paths[taken].join("inside")).unwrap(), b"kept");
+            let left = (0..4).filter(|&i| !is_new(i)).count() + 1;
+            assert_eq!(names(folder.path()).len(), left, "{:?}", names(folder.path()));
+        }
     }
 
     #[test]

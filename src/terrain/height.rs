@@ -75,6 +75,12 @@ impl HeightMap {
         [along, across]
     }
 
+    /// Whether the height is the same everywhere. O(texels).
+    pub fn is_level(&self) -> bool {
+        let texels = self.map.texels();
+        self.height[0] == self.height[1] || texels.iter().all(|texel| *texel == texels[0])
+    }
+
     /// Least and greatest height.
     pub fn range(&self) -> [f64; 2] {
         let [a, b] = self.height;

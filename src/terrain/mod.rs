@@ -3,6 +3,7 @@
 //! ```text
 //! Map --HeightMap--> heights, slopes                        plants stand on them
 //! HeightMap, colours --Terrain--> camera --> GroundMesh     drawers draw it
+//! HeightMap --Horizon--> where rays from an eye meet it      what it hides
 //! ```
 //!
 //! The ground is a grid of right triangles. Each is halved where its longest side's middle would
@@ -19,12 +20,14 @@
 
 mod grid;
 mod height;
+mod horizon;
 mod map;
 mod mesh;
 
 use crate::{Error, Result, material::Pixels};
 
 pub use height::HeightMap;
+pub use horizon::Horizon;
 pub use map::Map;
 pub use mesh::{ERROR_PX, GroundMesh, GroundPoint, MOST_TRIANGLES};
 

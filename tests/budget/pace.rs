@@ -78,6 +78,27 @@ fn the_time_settles_after_loads_rise_and_fall_and_does_not_swing() {
 }
 
 #[test]
+fn a_rise_of_the_load_is_settled_within_thirty_frames_and_with_noise_nearly_always() {
+    for (noise, most_late) in [(0.02, 0), (0.05, 0), (0.1, 2)] {
+        let settled = (100..200).map(|seed| {
+            let mut gpu = Gpu { random: Random(seed), ..Gpu::new(noise) };
+            let mut pace = Pace::new(8.0, 50_000.0);
+            let draw = |frame| {
+                gpu.slower = if frame < 600 { 1.0 } else { 4.0 };
+                gpu.draw(&mut pace, 1000.0, of_gpu) / 8.0
+            };
+            let times: Vec<f64> = (0..1300).map(draw).collect();
+            times[600..].windows(5).position(|of| of.iter().all(|ms| (ms - 1.0).abs() < 0.05)).unwrap()
+        });
+        let mut settled: Vec<usize> = settled.collect();
+        settled.sort_unstable();
+        let late = settled.iter().filter(|frames| **frames > 30).count();
+        println!("noise {noise}: {late} of 100 late, median {}, at most {}", settled[50], settled[99]);
+        assert!(late <= most_late && settled[99] <= 80, "noise {noise}: {settled:?}");
+    }
+}
+
+#[test]
 fn more_plants_are_made_up_for_before_they_are_measured() {
     let mut gpu = Gpu::new(0.02);
     let mut pace = Pace::new(8.0, 50_000.0);

@@ -16,7 +16,7 @@ use foliage_lod::{
 };
 use glam::{DAffine3, DVec3, Vec3};
 
-fn looking(eye: DVec3, target: DVec3, fov: f64) -> Camera {
+pub fn looking(eye: DVec3, target: DVec3, fov: f64) -> Camera {
     let look = LookAt { eye, target, up: DVec3::Y, fov_y_radians: fov.to_radians(), aspect: 1.5, near: 0.1 };
     look.camera(1080)
 }

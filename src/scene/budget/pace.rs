@@ -22,6 +22,9 @@ const STEPS: [f64; 2] = [-0.15, 0.02];
 /// How far the expected time may be from the target, over it, while the budget stays, and how near
 /// it comes before the budget stays again.
 const DEAD_BAND: [f64; 2] = [0.05, 0.01];
+/// Readings after a change from which on the budget may stay: before, the expected time still
+/// moves, and would leave it at the edge of the dead band.
+const SURE: f64 = 2.0 / SHARE;
 /// Most frames that a reading may be late.
 const LATEST: usize = 32;
 /// Longest time that counts, in milliseconds.
@@ -62,7 +65,7 @@ pub struct Times {
 /// going to draw before it is measured (predictive, as in T. Funkhouser and C. Séquin 1993), and a
 /// reading is held against the load of its own frame: late ones do no harm. It falls by at most
 /// 14 % and rises by at most 2 % a frame, and stays while the expected time is within 5 % of the
-/// target.
+/// target, 25 readings after the GPU has changed or later.
 ///
 /// ```
 /// use foliage_lod::scene::budget::{Load, Pace, Times};
@@ -199,7 +202,7 @@ impl Pace {
         let wanted = (left / self.model.of_part(1) * UNITS[1]).clamp(least, most);
         parts[1] = self.leaves() / UNITS[1];
         let off = (self.model.time(&parts) * slowness / self.target_ms - 1.0).abs();
-        self.is_settled = off < DEAD_BAND[usize::from(!self.is_settled)];
+        self.is_settled = self.readings >= SURE && off < DEAD_BAND[usize::from(!self.is_settled)];
         if std::mem::take(&mut self.has_cut) {
             self.leaves = wanted;
         } else if !self.is_settled {

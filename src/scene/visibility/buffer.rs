@@ -13,6 +13,8 @@ pub(super) struct Buffer {
     /// Distance of what is opaque, in so many columns, none if there is nothing.
     opaque: Vec<f32>,
     opaque_columns: u32,
+    /// Distance of what is opaque at each pixel of this picture, none if there is nothing.
+    front: Vec<f32>,
 }
 
 impl Buffer {
@@ -26,6 +28,22 @@ impl Buffer {
         self.columns = columns(aspect);
         self.transmittance.clear();
         self.transmittance.resize((self.columns * ROWS) as usize, 1.0);
+        self.front.clear();
+        if self.opaque_columns > 0 {
+            // It may have another shape.
+            let columns = (0..self.columns).map(|column| column * self.opaque_columns / self.columns);
+            let rows = self.opaque.chunks_exact(self.opaque_columns as usize);
+            self.front.extend(rows.flat_map(|row| columns.clone().map(|column| row[column as usize])));
+        }
+    }
+
+    /// Puts something else that is opaque into the picture that was started: one over its distance
+    /// at a pixel.
+    pub(super) fn put(&mut self, nearness: impl Fn([u32; 2]) -> f32) {
+        self.front.resize((self.columns * ROWS) as usize, f32::INFINITY);
+        for (at, front) in (0..).zip(&mut self.front) {
+            *front = front.min(1.0 / nearness([at % self.columns, at / self.columns]));
+        }
     }
 
     /// See [`Visibility::set_opaque`](super::Visibility::set_opaque).
@@ -41,8 +59,8 @@ impl Buffer {
         }
     }
 
-    /// Draws an ellipse. Returns the number of its pixels in the picture and of those that show, or
-    /// `None` if there are none.
+    /// Draws an ellipse whose nearest part has a distance. Returns the number of its pixels in the
+    /// picture and of those that show, or `None` if there are none.
     pub(super) fn draw(
         &mut self,
         [x, y]: [f32; 2],
@@ -55,10 +73,9 @@ impl Buffer {
             let up = (row as f32 + 0.5 - y) / high;
             let across = wide * (1.0 - up * up).max(0.0).sqrt();
             for column in covered(x, across, self.columns) {
-                let passed = &mut self.transmittance[(row * self.columns + column) as usize];
-                // The picture may have another shape by now.
-                let opaque = row * self.opaque_columns + column * self.opaque_columns / self.columns;
-                if self.opaque_columns == 0 || distance < self.opaque[opaque as usize] {
+                let at = (row * self.columns + column) as usize;
+                let passed = &mut self.transmittance[at];
+                if self.front.get(at).is_none_or(|front| distance < *front) {
                     shown += *passed;
                 }
                 area += 1.0;
@@ -95,20 +112,24 @@ mod tests {
         assert_eq!(buffer.draw([-50.0, 10.0], [20.0, 20.0], 7.0, 0.5), None);
         assert_eq!(buffer.draw([f32::NAN, 10.0], [20.0, 20.0], 7.0, 0.5), None);
         // A wall on the left half, at a distance of 10.
-        buffer.clear(2.0);
         buffer.set_opaque(Some(|[x, _]: [f32; 2]| if x < 0.0 { 10.0 } else { f32::INFINITY }), 2.0);
+        buffer.clear(2.0);
         let middle = [ROWS as f32, 60.0];
         let shares = [9.0, 11.0].map(|distance| {
             let [area, shown] = buffer.draw(middle, [20.0, 20.0], distance, 0.0).unwrap();
             shown / area
         });
         assert_eq!(shares, [1.0, 0.5]);
+        // Ground beside it, nearer.
+        buffer.put(|[column, _]| if column < ROWS { 0.0 } else { 0.2 });
+        assert_eq!(buffer.draw(middle, [20.0, 20.0], 6.0, 0.0).map(|[area, shown]| shown / area), Some(0.5));
+        assert_eq!(buffer.draw(middle, [20.0, 20.0], 11.0, 0.0).map(|[_, shown]| shown), Some(0.0));
         // A narrower picture has it in the same place.
         buffer.clear(1.0);
         let [area, shown] = buffer.draw([0.5 * ROWS as f32, 60.0], [20.0, 20.0], 11.0, 0.0).unwrap();
         assert!((shown / area - 0.5).abs() < 0.05, "{shown} of {area}");
-        buffer.clear(2.0);
         buffer.set_opaque(None::<fn([f32; 2]) -> f32>, 2.0);
+        buffer.clear(2.0);
         assert_eq!(buffer.draw(middle, [20.0, 20.0], 11.0, 0.0).map(|[area, shown]| shown / area), Some(1.0));
     }
 }

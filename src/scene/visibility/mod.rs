@@ -16,16 +16,21 @@
 //! estimates counts, a weight rises at once and falls by 8 octaves a second, so that nothing that
 //! comes out from behind a tree is bare, and a camera that stands still changes nothing.
 //!
+//! What is opaque hides crowns whose nearest part is behind it: [ground](Visibility::set_ground),
+//! and what the host [tells](Visibility::set_opaque).
+//!
 //! Limits: trunks hide nothing. Crowns below two pixels of the small picture, about 16 on a screen
-//! of 1080 rows, hide nothing and show in full, and so do those around the camera. What shows is of
-//! crowns at rest.
+//! of 1080 rows, hide nothing and show in full, and so do those around the camera. Ground hides
+//! nothing from orthographic cameras. What shows is of crowns at rest.
 
 mod buffer;
+mod ground;
 mod shape;
 
-use crate::Camera;
+use crate::{Camera, terrain::HeightMap};
 use buffer::Buffer;
 use glam::DVec3;
+use ground::Ground;
 pub use shape::CrownShape;
 
 /// Rows of the picture that crowns are drawn on.
@@ -73,6 +78,7 @@ pub struct Estimate {
 #[derive(Debug, Default)]
 pub struct Visibility {
     buffer: Buffer,
+    ground: Option<Ground>,
     discs: Vec<Disc>,
     /// First of the discs that are still to be drawn.
     next: usize,
@@ -95,8 +101,9 @@ struct Found {
 /// A crown on the small picture.
 #[derive(Debug, Clone, Copy)]
 struct Disc {
-    /// Distance from the eye.
+    /// Distances of its middle and of its nearest part from the eye.
     distance: f32,
+    front: f32,
     instance: u32,
     middle: [f32; 2],
     half: [f32; 2],
@@ -141,9 +148,17 @@ impl Visibility {
 
     /// Draws what hides plants but is none, such as houses and hills: the distance from the eye of
     /// what is seen at a place of the picture, from (-1, -1) in the lower left to (1, 1) in the
-    /// upper right, or infinity. It stays until it is given anew; `None` takes it away.
+    /// upper right, or infinity. It counts from the next estimate on, until it is given anew;
+    /// `None` takes it away.
     pub fn set_opaque(&mut self, distance: Option<impl FnMut([f32; 2]) -> f32>, aspect: f64) {
         self.buffer.set_opaque(distance, aspect);
+    }
+
+    /// Lets ground hide what is behind it, or none. Like what is opaque it is looked at when an
+    /// estimate begins (see [`Horizon`](crate::terrain::Horizon)), some 8,000 places of it.
+    pub fn set_ground(&mut self, heights: Option<&HeightMap>) {
+        // Level ground hides nothing that stands on it.
+        self.ground = heights.filter(|heights| !heights.is_level()).map(Ground::new);
     }
 
     /// Goes on by one frame, `seconds` after the last one; `None` stands for a picture by itself,
@@ -195,8 +210,12 @@ impl Visibility {
         (self.next, self.found) = (0, Found::default());
         self.is_whole = self.pass == 0;
         self.pass = self.pass.wrapping_add(1).max(1);
-        let Self { buffer, discs, states, pass, .. } = self;
+        let Self { buffer, ground, discs, states, pass, .. } = self;
         buffer.clear(camera.aspect());
+        if let Some(ground) = ground.as_mut().filter(|_| !camera.is_orthographic()) {
+            ground.look(camera, buffer.size()[0]);
+            buffer.put(|pixel| ground.nearness(pixel));
+        }
         discs.clear();
         let mut count = 0;
         let seen = Seen::new(camera, buffer.size());
@@ -219,8 +238,8 @@ impl Visibility {
     }
 
     fn draw(&mut self, at: usize) {
-        let Disc { distance, instance, middle, half, opacity } = self.discs[at];
-        let Some([area, shown]) = self.buffer.draw(middle, half, distance, opacity) else {
+        let Disc { front, instance, middle, half, opacity, .. } = self.discs[at];
+        let Some([area, shown]) = self.buffer.draw(middle, half, front, opacity) else {
             self.states[instance as usize] = UNKNOWN;
             return;
         };
@@ -267,7 +286,8 @@ impl<'a> Seen<'a> {
         let clip = self.camera.clip_from_world * crown.center.extend(1.0);
         let [wide, high] = crown.half;
         let distance = crown.center.distance(self.camera.eye);
-        let is_around = !self.camera.is_orthographic() && distance <= wide.max(high);
+        let front = distance - wide.max(high);
+        let is_around = !self.camera.is_orthographic() && front <= 0.0;
         if clip.w <= 0.0 || is_around || !clip.is_finite() {
             return None;
         }
@@ -278,7 +298,8 @@ impl<'a> Seen<'a> {
         let x = (0.5 + 0.5 * (clip.x / clip.w) as f32) * self.size[0];
         let y = (0.5 + 0.5 * (clip.y / clip.w) as f32) * self.size[1];
         let opacity = if crown.opacity.is_nan() { 0.0 } else { crown.opacity.clamp(0.0, 1.0) };
-        is_seen.then_some(Disc { distance: distance as f32, instance: crown.instance, middle: [x, y], half, opacity })
+        let [distance, front] = [distance, front].map(|distance| distance as f32);
+        is_seen.then_some(Disc { distance, front, instance: crown.instance, middle: [x, y], half, opacity })
     }
 }
 

@@ -1,5 +1,7 @@
 //! Opens scenes: loads or grows their models and stages their frames.
 
+mod budget;
+
 use crate::{
     baking, curves,
     failure::complain,
@@ -10,6 +12,7 @@ use crate::{
     progress::{Bars, spinning},
     staging::{Shown, Staging},
 };
+pub use budget::{Budgeting, FIRST_LEAVES};
 use foliage_lod::{
     Camera, Error, FoliageModel, Frustum, Grove, Look, LookAt, Result,
     bounds::Sphere,
@@ -38,9 +41,6 @@ const NEAR_RADII: f64 = 1e-2;
 /// Default distance of the haze: the first factor times the smallest plant's radius plus the second
 /// times the radius of the whole scene, or the reach of its patches if that is farther.
 const HAZE_RADII: [f64; 2] = [160.0, 8.0];
-
-/// Leaves that a budget of milliseconds begins with.
-pub const FIRST_LEAVES: f64 = 1e5;
 
 /// A scene with its models.
 pub struct Opened {
@@ -72,19 +72,6 @@ pub struct Opened {
     active: Vec<Active>,
     /// The scene's budget, and what was spent of it last.
     budget: Option<(SharedBudget, Option<Spent>)>,
-}
-
-/// A budget that a scene can be given, with what it keeps from picture to picture.
-pub struct Budgeting {
-    entry: Option<BudgetEntry>,
-    state: Option<(SharedBudget, Option<Spent>)>,
-}
-
-impl Budgeting {
-    /// A budget without a picture before.
-    pub fn of(entry: Option<BudgetEntry>) -> Self {
-        Self { entry, state: None }
-    }
 }
 
 /// What lies under a scene's plants, read before its models are grown.
@@ -347,45 +334,6 @@ impl Opened {
     pub fn above_ground(&self, at: DVec3) -> DVec3 {
         let least = self.heights.height([at.x, at.z]) + 2.0 * self.near;
         if self.terrain.is_some() { at.with_y(at.y.max(least)) } else { at }
-    }
-
-    /// The budget that the scene asks for, in pictures of so many rows.
-    fn shared_budget(&self, entry: &BudgetEntry, height_px: u32) -> SharedBudget {
-        let far = self.look().ground.map_or(f64::from(f32::MAX), |ground| ground.haze);
-        let (rule, look) = (entry.rule(height_px as f32, far), self.look());
-        let shared = match entry.amount {
-            Amount::Leaves(leaves) => SharedBudget::new(&self.models, rule, leaves),
-            Amount::Triangles(triangles) => {
-                let shared = SharedBudget::new(&self.models, rule, triangles);
-                shared.with_triangles(&self.models, look.wood_error_px)
-            }
-            // What is found for the time is set frame by frame.
-            Amount::Ms(_) => SharedBudget::new(&self.models, rule, FIRST_LEAVES),
-        };
-        let mut shared = if entry.visibility { shared.with_visibility(&self.models) } else { shared };
-        shared.far = self.file.far;
-        shared
-    }
-
-    /// Gives the scene another budget, or none.
-    pub fn set_budget(&mut self, entry: Option<BudgetEntry>) {
-        self.exchange(&mut Budgeting::of(entry));
-    }
-
-    /// Exchanges the scene's budget for another one, which goes on from where it was.
-    pub fn exchange(&mut self, other: &mut Budgeting) {
-        std::mem::swap(&mut self.file.budget, &mut other.entry);
-        std::mem::swap(&mut self.budget, &mut other.state);
-    }
-
-    /// What is left of the budget changes from frame to frame.
-    pub fn shared(&mut self) -> Option<&mut SharedBudget> {
-        self.budget.as_mut().map(|(shared, _)| shared)
-    }
-
-    /// What was spent of the budget, if there is one.
-    pub fn spent(&self) -> Option<Spent> {
-        self.budget.as_ref().and_then(|(_, spent)| *spent)
     }
 
     /// Selects the plants in view, with all leaves if `full`, otherwise at their level of detail:
