@@ -27,7 +27,11 @@ fn setup(world: &mut World) {
     let spacing = common::plant_forest(world, plants);
     let side = (plants as f32).sqrt() * spacing;
     let eye = Vec3::new(0.0, 1.2 * spacing, 0.5 * side + 2.0 * spacing);
-    common::scene(world, Transform::from_translation(eye).looking_at(Vec3::new(0.0, 0.6 * spacing, 0.0), Vec3::Y), 4.0 * side);
+    common::scene(
+        world,
+        Transform::from_translation(eye).looking_at(Vec3::new(0.0, 0.6 * spacing, 0.0), Vec3::Y),
+        4.0 * side,
+    );
     let far = CascadeShadowConfigBuilder { num_cascades: 2, maximum_distance: 0.6 * side, ..default() }.build();
     let mut suns = world.query_filtered::<Entity, With<DirectionalLight>>();
     let suns: Vec<Entity> = suns.iter(world).collect();

@@ -40,7 +40,8 @@ fn setup(world: &mut World) {
     world.insert_resource(Way { spacing, length });
     common::scene(world, Transform::default(), 4.0 * length);
     let text = (Text::default(), TextFont::from_font_size(14.0), TextColor(Color::WHITE));
-    let place = Node { position_type: PositionType::Absolute, top: px(8), left: px(8), padding: px(6).all(), ..default() };
+    let place =
+        Node { position_type: PositionType::Absolute, top: px(8), left: px(8), padding: px(6).all(), ..default() };
     world.spawn((Overlay, text, place, BackgroundColor(Color::srgba(0.0, 0.0, 0.0, 0.6))));
 }
 

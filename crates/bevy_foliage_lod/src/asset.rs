@@ -54,6 +54,8 @@ pub struct FoliageAsset {
     pub model: Arc<FoliageModel>,
     /// Prefixes of the leaves, from all down to few.
     pub(crate) rungs: Vec<u32>,
+    /// Number of vertices of each.
+    pub(crate) rung_vertices: Vec<u32>,
     /// The leaves of each material, by rung.
     pub(crate) leaves: Vec<(Handle<FoliageMaterial>, Vec<Handle<Mesh>>)>,
     /// Wood, from all down to little.
@@ -77,8 +79,9 @@ pub struct FoliageAsset {
 pub(crate) struct WoodRung {
     /// How far it may be off, in plant units.
     pub(crate) error: f32,
-    /// Triangles of all parts.
+    /// Triangles and vertices of all parts.
     pub(crate) triangles: u32,
+    pub(crate) vertices: u32,
     pub(crate) parts: Vec<(Handle<FoliageMaterial>, Handle<Mesh>)>,
 }
 
@@ -116,9 +119,12 @@ impl FoliageAsset {
         let materials = materials(&model, &upload, limbs.as_ref(), store)?;
         let rungs = rungs(model.leaves.len() as u32);
         let mut leaves = Vec::new();
+        let mut rung_vertices = vec![0; rungs.len()];
         for group in upload.by_material() {
             let mesh = |(rung, &count): (usize, &u32)| {
-                store.put(format!("Leaves{}/{rung}", group.material), leaf_mesh(&upload, &group, count))
+                let mesh = leaf_mesh(&upload, &group, count);
+                rung_vertices[rung] += mesh.count_vertices() as u32;
+                store.put(format!("Leaves{}/{rung}", group.material), mesh)
             };
             let meshes = rungs.iter().enumerate().map(mesh).collect();
             leaves.push((materials[group.material as usize][0].clone(), meshes));
@@ -137,6 +143,7 @@ impl FoliageAsset {
         };
         Ok(Self {
             rungs,
+            rung_vertices,
             leaves,
             wood,
             center,
@@ -244,6 +251,7 @@ fn wood(model: &FoliageModel, materials: &[[Handle<FoliageMaterial>; 2]], store:
     of_materials.dedup();
     let mut rungs: Vec<WoodRung> = Vec::new();
     let mut put = |error: f32, vertices: &[Vertex], numbers: &[u32], triangles: &[([u32; 3], u32)]| {
+        let mut count = 0;
         let part = |(number, &material): (usize, &u32)| {
             let own = triangles.iter().filter(|triangle| triangle.1 == material).flat_map(|triangle| triangle.0);
             let own: Vec<u32> = own.collect();
@@ -251,12 +259,13 @@ fn wood(model: &FoliageModel, materials: &[[Handle<FoliageMaterial>; 2]], store:
                 return last.parts[number].clone();
             }
             let mesh = wood_mesh(vertices, &own, center, |vertex| stem(numbers[vertex as usize]));
+            count += mesh.count_vertices() as u32;
             // Thinned stems are flat triangles, which have a back.
             let sided = &materials[material as usize][usize::from(rungs.is_empty())];
             (sided.clone(), store.put(format!("Wood{material}/{}", rungs.len()), mesh))
         };
         let parts = of_materials.iter().enumerate().map(part).collect();
-        rungs.push(WoodRung { error, triangles: triangles.len() as u32, parts });
+        rungs.push(WoodRung { error, triangles: triangles.len() as u32, vertices: count, parts });
     };
     put(0.0, &model.wood.vertices, &numbers, &triangles);
     let Some(levels) = &levels else { return rungs };
@@ -276,12 +285,7 @@ fn wood(model: &FoliageModel, materials: &[[Handle<FoliageMaterial>; 2]], store:
 }
 
 /// A mesh of some of the wood's triangles.
-fn wood_mesh(
-    vertices: &[Vertex],
-    corners: &[u32],
-    center: [f32; 3],
-    stem: impl Fn(u32) -> u32,
-) -> Mesh {
+fn wood_mesh(vertices: &[Vertex], corners: &[u32], center: [f32; 3], stem: impl Fn(u32) -> u32) -> Mesh {
     let mut numbers: HashMap<u32, u32> = HashMap::default();
     let mut own = Vec::new();
     let indices = corners.iter().map(|&corner| {
@@ -421,7 +425,8 @@ fn mean_colors(model: &FoliageModel) -> foliage_lod::Result<Vec3> {
             Some(number) => match textures.get(&number) {
                 Some(color) => *color,
                 None => {
-                    let color = crate::texture::mean(&model.textures[number as usize].decode()?, texture_cutoff(material));
+                    let color =
+                        crate::texture::mean(&model.textures[number as usize].decode()?, texture_cutoff(material));
                     textures.insert(number, color);
                     color
                 }

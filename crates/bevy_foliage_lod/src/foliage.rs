@@ -10,7 +10,7 @@ use bevy::{
     asset::{AssetEvent, AssetId, Assets, Handle},
     camera::{
         primitives::Aabb,
-        visibility::{NoAutoAabb, RenderLayers, Visibility},
+        visibility::{NoAutoAabb, RenderLayers, Visibility, VisibilityRange},
     },
     ecs::prelude::*,
     light::{NotShadowCaster, NotShadowReceiver},
@@ -26,7 +26,8 @@ use std::{fmt, sync::Arc};
 /// A plant: a model, drawn with as many of its leaves as its level of detail asks for.
 ///
 /// Meshes are spawned as children once the model is loaded, and anew when it is reloaded. They have
-/// the plant's [`RenderLayers`], [`NotShadowCaster`] and [`NotShadowReceiver`] of that moment.
+/// the plant's [`RenderLayers`], [`VisibilityRange`], [`NotShadowCaster`] and [`NotShadowReceiver`]
+/// of that moment.
 #[derive(Component, Debug, Clone, Default)]
 #[require(Transform, Visibility, FoliageDetail)]
 pub struct Foliage {
@@ -71,6 +72,9 @@ impl fmt::Debug for FoliageLod {
 pub struct FoliageDetail {
     /// Number of leaves; the last one may be present only in part.
     pub leaves: f32,
+    /// Number of vertices that each pass processes: those of the leaves that are drawn, at most twice
+    /// as many, and of the wood.
+    pub vertices: u32,
     /// Which of the prefixes of the leaves, and which level of the wood.
     pub(crate) rung: usize,
     pub(crate) wood: usize,
@@ -86,6 +90,7 @@ impl Default for FoliageDetail {
     fn default() -> Self {
         Self {
             leaves: 0.0,
+            vertices: 0,
             rung: 0,
             wood: 0,
             is_new: false,
@@ -134,20 +139,28 @@ impl FoliagePart {
     }
 }
 
+/// Plants, and what of them goes over to their meshes.
+type AllPlants<'w, 's> = Query<
+    'w,
+    's,
+    (
+        Entity,
+        Ref<'static, Foliage>,
+        &'static mut FoliageDetail,
+        Option<&'static Slot>,
+        Option<&'static RenderLayers>,
+        Option<&'static VisibilityRange>,
+        Has<NotShadowCaster>,
+        Has<NotShadowReceiver>,
+    ),
+>;
+
 /// Spawns the meshes of plants whose model is new, was reloaded or was changed.
 pub(crate) fn spawn_parts(
     mut commands: Commands,
     mut changes: MessageReader<AssetEvent<FoliageAsset>>,
     assets: Res<Assets<FoliageAsset>>,
-    mut plants: Query<(
-        Entity,
-        Ref<Foliage>,
-        &mut FoliageDetail,
-        Option<&Slot>,
-        Option<&RenderLayers>,
-        Has<NotShadowCaster>,
-        Has<NotShadowReceiver>,
-    )>,
+    mut plants: AllPlants,
     mut records: ResMut<Plants>,
 ) {
     let changed: HashSet<AssetId<FoliageAsset>> = changes
@@ -157,7 +170,7 @@ pub(crate) fn spawn_parts(
             _ => None,
         })
         .collect();
-    for (plant, foliage, mut detail, slot, layers, casts_none, receives_none) in &mut plants {
+    for (plant, foliage, mut detail, slot, layers, range, casts_none, receives_none) in &mut plants {
         let id = foliage.model.id();
         let is_other = foliage.is_changed() && detail.model != Some(id);
         if !is_other && !changed.contains(&id) {
@@ -185,6 +198,9 @@ pub(crate) fn spawn_parts(
             let mut child = commands.spawn((drawn, part, place, asset.aabb, NoAutoAabb, ChildOf(plant)));
             if let Some(layers) = layers {
                 child.insert(layers.clone());
+            }
+            if let Some(range) = range {
+                child.insert(range.clone());
             }
             if casts_none {
                 child.insert(NotShadowCaster);

@@ -8,7 +8,11 @@ use crate::{
 };
 use bevy::{
     asset::{AssetId, Assets},
-    camera::{Camera, Camera3d, primitives::{Frustum, Sphere}, visibility::{InheritedVisibility, RenderLayers}},
+    camera::{
+        Camera, Camera3d,
+        primitives::{Frustum, Sphere},
+        visibility::{InheritedVisibility, RenderLayers},
+    },
     ecs::prelude::*,
     math::{Mat4, Vec3, Vec3A},
     mesh::Mesh3d,
@@ -127,6 +131,7 @@ pub(crate) fn select(
                 material.set_if_neq(MeshMaterial3d(new_material.clone()));
             }
         }
+        let vertices = asset.rung_vertices[rung] + asset.wood.get(wood).map_or(0, |rung| rung.vertices);
         let sway = wind.as_ref().zip(moment).map(|(wind, moment)| {
             let shares = wind.0.limb_shares(&asset.shape, seen.pixels_per_unit);
             moment.sway(&asset.shape, &affine(place)).with_limbs(shares)
@@ -134,6 +139,7 @@ pub(crate) fn select(
         records.set(slot.0, PlantRecord::new(&transition, seen.plant.index_u32()), sway);
         if (detail.leaves, detail.rung, detail.wood, detail.is_new) != (count as f32, rung, wood, false) {
             (detail.leaves, detail.rung, detail.wood, detail.is_new) = (count as f32, rung, wood, false);
+            detail.vertices = vertices;
         }
         if seen.in_view {
             drawn.in_view += 1;

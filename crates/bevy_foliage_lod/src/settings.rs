@@ -1,13 +1,7 @@
 //! Resources: what applies to all plants, and what was drawn.
 
 use bevy::ecs::resource::Resource;
-use foliage_lod::{
-    LodPolicy,
-    effects::Wind,
-    extract::CookLambda,
-    model::Transition,
-    scene::budget::Rule,
-};
+use foliage_lod::{LodPolicy, effects::Wind, extract::CookLambda, model::Transition, scene::budget::Rule};
 use std::{fmt, sync::Arc};
 
 /// What applies to all plants.

@@ -246,7 +246,7 @@ fn motion_vectors_are_those_of_leaves_and_wood() {
     let mover = move |mut plants: Query<&mut Transform, With<Foliage>>, mut frame: Local<u32>| {
         // To and fro, so that it stays in place on average.
         *frame += 1;
-        let sign = if *frame % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if frame.is_multiple_of(2) { 1.0 } else { -1.0 };
         plants.iter_mut().for_each(|mut place| place.translation += right * sign);
     };
     app.add_systems(Update, mover);

@@ -7,6 +7,7 @@ use bevy::{
     prelude::*,
     render::{
         RenderPlugin,
+        pipelined_rendering::PipelinedRenderingPlugin,
         render_resource::TextureFormat,
         view::screenshot::{Screenshot, save_to_disk},
     },
@@ -33,6 +34,12 @@ pub struct Options(Vec<String>);
 impl Options {
     pub fn new() -> Self {
         Self(std::env::args().skip(1).collect())
+    }
+
+    /// The same with an option more.
+    pub fn with(mut self, name: &str, value: &str) -> Self {
+        self.0.extend([name.into(), value.into()]);
+        self
     }
 
     /// The value of an option, or `otherwise` without it.
@@ -97,6 +104,7 @@ pub fn app(options: &Options) -> App {
             // Pictures wait for pipelines, and time passes by frames.
             let render = RenderPlugin { synchronous_pipeline_compilation: true, ..default() };
             let plugins = DefaultPlugins.set(window).set(render).disable::<WinitPlugin>();
+            let plugins = plugins.disable::<PipelinedRenderingPlugin>();
             app.add_plugins((plugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)))
                 .insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(Duration::from_millis(50)))
                 .add_systems(Last, take_picture)
@@ -140,11 +148,7 @@ pub fn scene(world: &mut World, camera: impl Bundle, ground: f32) {
         let image = world.resource_mut::<Assets<Image>>().add(image);
         world.entity_mut(camera).insert(RenderTarget::Image(image.into()));
     }
-    world.insert_resource(GlobalAmbientLight {
-        color: Color::srgb(0.75, 0.85, 1.0),
-        brightness: 700.0,
-        ..default()
-    });
+    world.insert_resource(GlobalAmbientLight { color: Color::srgb(0.75, 0.85, 1.0), brightness: 700.0, ..default() });
     let sun = DirectionalLight { illuminance: 9000.0, shadow_maps_enabled: true, ..default() };
     world.spawn((sun, Transform::from_xyz(4.0, 6.0, 5.0).looking_at(Vec3::ZERO, Vec3::Y)));
     let mesh = world.resource_mut::<Assets<Mesh>>().add(Plane3d::default().mesh().size(ground, ground));

@@ -129,7 +129,8 @@ impl Picture {
         let Some(folder) = std::env::var_os("FOLIAGE_PICTURES") else { return };
         let path = PathBuf::from(folder).join(format!("{name}.png"));
         let bytes: Vec<u8> = self.rgba.as_flattened().to_vec();
-        let image = bevy_foliage_lod::foliage_lod::software::Image { width: self.size[0], height: self.size[1], rgba: bytes };
+        let image =
+            bevy_foliage_lod::foliage_lod::software::Image { width: self.size[0], height: self.size[1], rgba: bytes };
         image.write_png(path).unwrap();
     }
 }
