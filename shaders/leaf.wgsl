@@ -1,5 +1,5 @@
-// What every pass, and the shader of any engine, needs to know of a leaf: how far it is present, how
-// it is moved, and what its cut-out covers.
+// What every pass, and the shader of any engine, knows of a leaf: how far it is present, how it is
+// moved, and what its cut-out covers.
 
 // A fractional active count; twin of model/timeline.rs.
 struct Transition {

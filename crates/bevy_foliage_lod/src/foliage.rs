@@ -72,8 +72,8 @@ impl fmt::Debug for FoliageLod {
 pub struct FoliageDetail {
     /// Number of leaves; the last one may be present only in part.
     pub leaves: f32,
-    /// Number of vertices that each pass processes: those of the leaves that are drawn, at most twice
-    /// as many, and of the wood.
+    /// Number of vertices that each pass processes: at most twice those of the leaves that are
+    /// drawn, and those of the wood.
     pub vertices: u32,
     /// Which of the prefixes of the leaves, and which level of the wood.
     pub(crate) rung: usize,

@@ -9,7 +9,8 @@
 //! use bevy_foliage_lod::prelude::*;
 //!
 //! fn main() {
-//!     App::new().add_plugins((DefaultPlugins, FoliageLodPlugin)).add_systems(Startup, plant).run();
+//!     let plugins = (DefaultPlugins, FoliageLodPlugin);
+//!     App::new().add_plugins(plugins).add_systems(Startup, plant).run();
 //! }
 //!
 //! fn plant(mut commands: Commands, assets: Res<AssetServer>) {

@@ -34,7 +34,8 @@ pub(crate) fn shader() -> Shader {
     Shader::from_wesl(source, "embedded://bevy_foliage_lod/foliage.wesl")
 }
 
-/// What a plant's materials need beyond [`StandardMaterial`]. Built by [`FoliageAsset`](crate::FoliageAsset).
+/// What a plant's materials need beyond [`StandardMaterial`]. Built by
+/// [`FoliageAsset`](crate::FoliageAsset).
 #[derive(Asset, AsBindGroup, TypePath, Debug, Clone)]
 pub struct FoliageExtension {
     /// Pivot, texture rectangle and first event of each leaf.

@@ -27,7 +27,8 @@ use bevy_foliage_lod::{
 use common::{BIRCH, Picture, app, app_with, camera, folder, of_species, picture};
 
 const SIZE: [u32; 2] = [1024, 1024];
-/// Side of the squares of pixels that are compared: which samples of one are covered is a matter of chance.
+/// Side of the squares of pixels that are compared: which samples of one pixel are covered is a
+/// matter of chance.
 const SQUARE: usize = 4;
 
 /// The model as an asset, drawn with a share of its leaves and all of its wood.
