@@ -14,7 +14,7 @@ use super::{
         TRIMMED_CORNERS, WIDTH_STEPS,
     },
     shader::{ShaderSource, wrap_number},
-    sprite::{DEPTH_STEPS, LEAST_APPROACH, LEAST_PX, MOST_PULL, SHARPER_LEVELS},
+    sprite::{DEEP_FROM_PX, DEPTH_STEPS, LEAST_APPROACH, LEAST_PX, MOST_PULL, SHARPER_LEVELS},
     sun::DEPTH_RADII,
 };
 use crate::{
@@ -314,6 +314,7 @@ fn leaf_constants(source: ShaderSource) -> ShaderSource {
 /// Adds the constants of impostors.
 fn sprite_constants(source: ShaderSource) -> ShaderSource {
     source
+        .constant_f32("DEEP_FROM_PX", DEEP_FROM_PX)
         .constant_u32("DEPTH_STEPS", DEPTH_STEPS)
         .constant_f32("LEAST_APPROACH", LEAST_APPROACH)
         .constant_f32("LEAST_PX", LEAST_PX)

@@ -2,6 +2,7 @@
 //! materials.
 
 use crate::{
+    far::{FarMaterial, far_parts},
     material::{ATTRIBUTE_LEAF, ATTRIBUTE_STEM, Crown, FoliageExtension, FoliageMaterial},
     plants::{PLANTS, SWAYS},
     texture::image,
@@ -60,6 +61,8 @@ pub struct FoliageAsset {
     pub(crate) leaves: Vec<(Handle<FoliageMaterial>, Vec<Handle<Mesh>>)>,
     /// Wood, from all down to little.
     pub(crate) wood: Vec<WoodRung>,
+    /// The impostor, if the model has one.
+    pub(crate) far: Option<(Handle<Mesh>, Handle<FarMaterial>)>,
     /// Middle of the bounding sphere, in plant space; meshes are relative to it.
     pub(crate) center: Vec3,
     /// Radius of the bounding sphere.
@@ -130,6 +133,7 @@ impl FoliageAsset {
             leaves.push((materials[group.material as usize][0].clone(), meshes));
         }
         let wood = wood(&model, &materials, store);
+        let far = model.impostor.as_ref().map(|impostor| far_parts(impostor, upload.center, store));
         let bounds = model.enlarged_aabb();
         let center = sphere.center().as_vec3();
         let center = Vec3::new(center.x, center.y, center.z);
@@ -146,6 +150,7 @@ impl FoliageAsset {
             rung_vertices,
             leaves,
             wood,
+            far,
             center,
             radius: sphere.radius as f32,
             aabb: Aabb::from_min_max(corner(bounds.min), corner(bounds.max)),

@@ -78,6 +78,8 @@ pub struct FoliageDetail {
     /// Which of the prefixes of the leaves, and which level of the wood.
     pub(crate) rung: usize,
     pub(crate) wood: usize,
+    /// Share of the plant that its impostor takes.
+    pub(crate) far: f32,
     /// Whether the meshes were spawned since.
     pub(crate) is_new: bool,
     /// Meshes.
@@ -93,6 +95,7 @@ impl Default for FoliageDetail {
             vertices: 0,
             rung: 0,
             wood: 0,
+            far: 0.0,
             is_new: false,
             parts: Vec::new(),
             model: None,
@@ -116,6 +119,8 @@ pub(crate) enum FoliagePart {
     Leaves(usize),
     /// The wood of a material.
     Wood(usize),
+    /// The impostor.
+    Far,
 }
 
 impl FoliagePart {
@@ -135,6 +140,7 @@ impl FoliagePart {
                 let (material, mesh) = asset.wood.get(wood)?.parts.get(part)?;
                 Some((mesh, material))
             }
+            Self::Far => None,
         }
     }
 }
@@ -191,11 +197,20 @@ pub(crate) fn spawn_parts(
         );
         let wood = asset.wood.first().map_or(0, |rung| rung.parts.len());
         let parts = (0..asset.leaves.len()).map(FoliagePart::Leaves).chain((0..wood).map(FoliagePart::Wood));
+        let aside =
+            (Transform::from_translation(asset.center), asset.aabb, NoAutoAabb, MeshTag::new(slot), ChildOf(plant));
+        let mut children = Vec::new();
         for part in parts {
             let Some((mesh, material)) = part.rung(asset, 0, 0) else { continue };
-            let place = Transform::from_translation(asset.center);
-            let drawn = (Mesh3d(mesh.clone()), MeshMaterial3d(material.clone()), MeshTag::new(slot));
-            let mut child = commands.spawn((drawn, part, place, asset.aabb, NoAutoAabb, ChildOf(plant)));
+            let drawn = (Mesh3d(mesh.clone()), MeshMaterial3d(material.clone()), part);
+            children.push(commands.spawn((drawn, aside.clone())).id());
+        }
+        if let Some((mesh, material)) = &asset.far {
+            let drawn = (Mesh3d(mesh.clone()), MeshMaterial3d(material.clone()), FoliagePart::Far, Visibility::Hidden);
+            children.push(commands.spawn((drawn, aside)).id());
+        }
+        for child in &children {
+            let mut child = commands.entity(*child);
             if let Some(layers) = layers {
                 child.insert(layers.clone());
             }
@@ -208,8 +223,8 @@ pub(crate) fn spawn_parts(
             if receives_none {
                 child.insert(NotShadowReceiver);
             }
-            detail.parts.push(child.id());
         }
+        detail.parts = children;
         (detail.rung, detail.wood, detail.is_new, detail.model) = (0, 0, true, Some(id));
     }
 }

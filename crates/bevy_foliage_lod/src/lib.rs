@@ -22,6 +22,7 @@
 #![deny(missing_docs)]
 
 mod asset;
+mod far;
 mod foliage;
 mod loader;
 mod lod;
@@ -31,6 +32,7 @@ mod settings;
 mod texture;
 
 pub use asset::{FoliageAsset, RUNG_RATIO};
+pub use far::{FarExtension, FarMaterial};
 pub use foliage::{Foliage, FoliageDetail, FoliageLod};
 pub use foliage_lod;
 pub use loader::{FoliageLoader, FoliageLoaderError};
@@ -77,7 +79,7 @@ impl Plugin for FoliageLodPlugin {
             .init_resource::<FoliageStats>()
             .init_resource::<plants::Plants>()
             .add_observer(foliage::despawn_parts)
-            .add_plugins(MaterialPlugin::<FoliageMaterial>::default())
+            .add_plugins((MaterialPlugin::<FoliageMaterial>::default(), MaterialPlugin::<FarMaterial>::default()))
             .configure_sets(
                 PostUpdate,
                 (
@@ -97,8 +99,10 @@ impl Plugin for FoliageLodPlugin {
                 ),
             );
         let mut shaders = app.world_mut().resource_mut::<Assets<Shader>>();
-        if let Err(error) = shaders.insert(material::SHADER.id(), material::shader()) {
-            bevy::log::error!("the shader of foliage cannot be stored: {error}");
+        for (handle, shader) in [(material::SHADER, material::shader()), (far::SHADER, far::shader())] {
+            if let Err(error) = shaders.insert(handle.id(), shader) {
+                bevy::log::error!("the shader of foliage cannot be stored: {error}");
+            }
         }
     }
 }

@@ -11,7 +11,7 @@ use bevy::{
     camera::{
         Camera, Camera3d,
         primitives::{Frustum, Sphere},
-        visibility::{InheritedVisibility, RenderLayers},
+        visibility::{InheritedVisibility, RenderLayers, Visibility},
     },
     ecs::prelude::*,
     math::{Mat4, Vec3, Vec3A},
@@ -78,6 +78,7 @@ pub(crate) fn select(
     cameras: Cameras,
     mut plants: AllPlants,
     mut parts: Query<(&FoliagePart, &mut Mesh3d, &mut MeshMaterial3d<crate::FoliageMaterial>)>,
+    mut shown: Query<(&FoliagePart, &mut Visibility)>,
     assets: Res<Assets<FoliageAsset>>,
     settings: Res<FoliageSettings>,
     budget: Option<Res<FoliageBudget>>,
@@ -122,8 +123,18 @@ pub(crate) fn select(
         let error = (f64::from(settings.wood_error_px) / seen.pixels_per_unit) as f32;
         let rung = asset.rung(transition.drawn().min(leaves), detail.rung);
         let wood = asset.wood_rung(error, detail.wood);
-        let is_new = detail.is_new;
-        if is_new || (rung, wood) != (detail.rung, detail.wood) {
+        let far = asset.far.as_ref().and(settings.far).filter(|_| !is_exact).map_or(0.0, |far| {
+            let share = far.share(2.0 * seen.sight.radius_px(), seen.plant.index_u32());
+            share.max(settings.policy.far(count as f32 / leaves.max(1) as f32))
+        });
+        if detail.is_new || (far > 0.0, far < 1.0) != (detail.far > 0.0, detail.far < 1.0) {
+            for part in &detail.parts {
+                let Ok((part, mut visibility)) = shown.get_mut(*part) else { continue };
+                let is_shown = if matches!(part, FoliagePart::Far) { far > 0.0 } else { far < 1.0 };
+                visibility.set_if_neq(if is_shown { Visibility::Inherited } else { Visibility::Hidden });
+            }
+        }
+        if detail.is_new || (rung, wood) != (detail.rung, detail.wood) {
             for part in detail.parts.iter() {
                 let Ok((part, mut mesh, mut material)) = parts.get_mut(*part) else { continue };
                 let Some((new_mesh, new_material)) = part.rung(asset, rung, wood) else { continue };
@@ -136,12 +147,19 @@ pub(crate) fn select(
             let shares = wind.0.limb_shares(&asset.shape, seen.pixels_per_unit);
             moment.sway(&asset.shape, &affine(place)).with_limbs(shares)
         });
-        records.set(slot.0, PlantRecord::new(&transition, seen.plant.index_u32()), sway);
-        if (detail.leaves, detail.rung, detail.wood, detail.is_new) != (count as f32, rung, wood, false) {
-            (detail.leaves, detail.rung, detail.wood, detail.is_new) = (count as f32, rung, wood, false);
+        let record = PlantRecord { far, ..PlantRecord::new(&transition, seen.plant.index_u32()) };
+        records.set(slot.0, record, sway);
+        if (detail.leaves, detail.rung, detail.wood, detail.far, detail.is_new)
+            != (count as f32, rung, wood, far, false)
+        {
+            (detail.leaves, detail.rung, detail.wood, detail.far, detail.is_new) =
+                (count as f32, rung, wood, far, false);
             detail.vertices = vertices;
         }
-        if seen.in_view {
+        if seen.in_view && far >= 1.0 {
+            drawn.in_view += 1;
+            drawn.impostors += 1;
+        } else if seen.in_view {
             drawn.in_view += 1;
             drawn.leaves += count;
             drawn.leaves_processed += u64::from(asset.rungs[rung]);

@@ -1,7 +1,13 @@
 //! Resources: what applies to all plants, and what was drawn.
 
 use bevy::ecs::resource::Resource;
-use foliage_lod::{LodPolicy, effects::Wind, extract::CookLambda, model::Transition, scene::budget::Rule};
+use foliage_lod::{
+    LodPolicy,
+    effects::Wind,
+    extract::{CookLambda, Far},
+    model::Transition,
+    scene::budget::Rule,
+};
 use std::{fmt, sync::Arc};
 
 /// What applies to all plants.
@@ -14,6 +20,9 @@ pub struct FoliageSettings {
     pub window: f32,
     /// Pixels that wood may be off: 0.5 by default, 0 for all wood.
     pub wood_error_px: f32,
+    /// Sizes at which plants are handed over to the impostor of their model, if it has one: 64
+    /// pixels by default. `None` draws leaves at any size.
+    pub far: Option<Far>,
     /// Half of the width of the band, relative to the wanted count, in which the count stays: 0.02
     /// by default.
     pub dead_band: f32,
@@ -22,15 +31,22 @@ pub struct FoliageSettings {
 impl Default for FoliageSettings {
     fn default() -> Self {
         let policy = Arc::new(CookLambda::default());
-        Self { policy, window: Transition::SMOOTH_WINDOW, wood_error_px: 0.5, dead_band: 0.02 }
+        Self {
+            policy,
+            window: Transition::SMOOTH_WINDOW,
+            wood_error_px: 0.5,
+            far: Some(Far::default()),
+            dead_band: 0.02,
+        }
     }
 }
 
 impl fmt::Debug for FoliageSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { policy: _, window, wood_error_px, dead_band } = self;
+        let Self { policy: _, window, wood_error_px, far, dead_band } = self;
         let mut debug = f.debug_struct("FoliageSettings");
-        debug.field("window", window).field("wood_error_px", wood_error_px).field("dead_band", dead_band);
+        debug.field("window", window).field("wood_error_px", wood_error_px);
+        debug.field("far", far).field("dead_band", dead_band);
         debug.finish_non_exhaustive()
     }
 }
@@ -65,6 +81,8 @@ pub struct FoliageStats {
     pub plants: u32,
     /// Plants in view of a camera; what follows is theirs.
     pub in_view: u32,
+    /// Plants of these that are drawn as their impostor alone.
+    pub impostors: u32,
     /// Leaves.
     pub leaves: f64,
     /// Leaves whose vertices are processed in each pass.

@@ -16,15 +16,23 @@ use bevy::{
 use bevy_foliage_lod::{
     FoliageAsset,
     foliage_lod::{
-        Camera as Viewer, FoliageModel, Instance, Look, LookAt,
+        Camera as Viewer, FoliageModel, Instance, LodPolicy, Look, LookAt,
         effects::Wind,
+        extract::{Far, Sight},
         glam::{DAffine3, DVec3},
         model::Transition,
-        software::SoftwareRenderer,
+        software::{BakeOptions, SoftwareRenderer, bake},
     },
     prelude::*,
 };
 use common::{BIRCH, Picture, app, app_with, camera, folder, of_species, picture};
+use std::sync::{Arc, LazyLock};
+
+/// The birch, with an impostor.
+static BAKED: LazyLock<FoliageModel> = LazyLock::new(|| {
+    let impostor = bake(&BIRCH, &BakeOptions::default(), &mut |_| true).unwrap();
+    FoliageModel { impostor: Some(impostor), ..BIRCH.clone() }
+});
 
 const SIZE: [u32; 2] = [1024, 1024];
 /// Side of the squares of pixels that are compared: which samples of one pixel are covered is a
@@ -108,7 +116,7 @@ fn lit(name: &str, share: f32, passes: impl Bundle) -> (App, Entity, Handle<Imag
     let mut app = app(&folder(name));
     let (_, view) = view(&BIRCH);
     let (_, image) = camera(&mut app, [192, 192], (view, Msaa::Off, passes));
-    let plant = plant(&mut app, &BIRCH, share);
+    let plant = plant(&mut app, &BAKED, share);
     let world = app.world_mut();
     let sun = DirectionalLight { shadow_maps_enabled: true, ..default() };
     world.spawn((sun, Transform::from_xyz(3.0, 4.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y)));
@@ -149,20 +157,36 @@ fn shadows_are_those_of_the_leaves_that_are_drawn() {
 }
 
 #[test]
-fn all_prepasses_and_deferred_shading_show_the_same_picture() {
-    let (mut app, _, image) = lit("forward", 0.2, ());
-    let forward = picture(&mut app, &image);
-    forward.keep("passes-forward");
-    let (mut app, _, image) = lit("prepasses", 0.2, (DepthPrepass, NormalPrepass, MotionVectorPrepass));
-    let prepasses = picture(&mut app, &image);
-    prepasses.keep("passes-prepasses");
-    assert!(mean_difference(&forward, &prepasses) < 0.5, "{}", mean_difference(&forward, &prepasses));
-    let (mut app, _, image) = lit("deferred", 0.2, (DepthPrepass, DeferredPrepass, MotionVectorPrepass));
-    app.insert_resource(bevy::pbr::DefaultOpaqueRendererMethod::deferred());
-    let deferred = picture(&mut app, &image);
-    deferred.keep("passes-deferred");
-    println!("deferred differs by {}", mean_difference(&forward, &deferred));
-    assert!(mean_difference(&forward, &deferred) < 4.0, "{}", mean_difference(&forward, &deferred));
+fn all_prepasses_and_deferred_shading_show_the_same_picture_of_leaves_and_impostors() {
+    for far in [None, Some(Far { at_px: 1024.0, ..Far::default() })] {
+        let name = if far.is_some() { "far" } else { "near" };
+        let drawn = |passes: &str, bundle: fn(&mut EntityWorldMut)| {
+            let (mut app, plant, image) = lit(&format!("{passes}-{name}"), 0.2, ());
+            if far.is_some() {
+                app.world_mut().get_mut::<Foliage>(plant).unwrap().lod = FoliageLod::Policy(Arc::new(EveryLeaf));
+            }
+            app.world_mut().resource_mut::<FoliageSettings>().far = far;
+            let camera = app.world_mut().query_filtered::<Entity, With<Camera3d>>().single(app.world()).unwrap();
+            bundle(&mut app.world_mut().entity_mut(camera));
+            if passes == "deferred" {
+                app.insert_resource(bevy::pbr::DefaultOpaqueRendererMethod::deferred());
+            }
+            let shown = picture(&mut app, &image);
+            shown.keep(&format!("passes-{passes}-{name}"));
+            assert_eq!(app.world().resource::<FoliageStats>().impostors, u32::from(far.is_some()));
+            shown
+        };
+        let forward = drawn("forward", |_| {});
+        let prepasses = drawn("prepasses", |camera| {
+            camera.insert((DepthPrepass, NormalPrepass, MotionVectorPrepass));
+        });
+        let deferred = drawn("deferred", |camera| {
+            camera.insert((DepthPrepass, DeferredPrepass, MotionVectorPrepass));
+        });
+        let differences = [&prepasses, &deferred].map(|other| mean_difference(&forward, other));
+        println!("{name}: prepasses and deferred differ by {differences:?} of 255");
+        assert!(differences[0] < 0.5 && differences[1] < 1.0, "{differences:?}");
+    }
 }
 
 #[test]
@@ -258,4 +282,54 @@ fn motion_vectors_are_those_of_leaves_and_wood() {
     let expected = step / distance / (0.5 * look.fov_y_radians as f32).tan() * 96.0;
     println!("moved: {moved}, {expected} px expected");
     assert!((moved.x.abs() - expected).abs() < 0.15 * expected && moved.y.abs() < 0.1 * expected, "{moved} {expected}");
+}
+
+#[test]
+fn far_plants_are_handed_over_to_impostors_that_look_the_same() {
+    let model = &*BAKED;
+    let mut app = app(&folder("far"));
+    app.insert_resource(ClearColor(Color::WHITE));
+    app.insert_resource(GlobalAmbientLight { brightness: 800.0, ..default() });
+    let (look, (eye, projection)) = view(model);
+    // Eight times as far: some 90 pixels across.
+    let away = eye.translation - eye.forward() * (7.0 * (look.eye - look.target).length() as f32);
+    let eye = Transform { translation: away, ..eye };
+    let (_, image) = camera(&mut app, SIZE, (eye, projection, Msaa::Sample4, Tonemapping::None));
+    let sun = DirectionalLight { illuminance: 3000.0, ..default() };
+    app.world_mut().spawn((sun, Transform::from_xyz(3.0, 4.0, 6.0).looking_at(Vec3::ZERO, Vec3::Y)));
+    let plant = plant(&mut app, model, 1.0);
+    app.world_mut().get_mut::<Foliage>(plant).unwrap().lod = FoliageLod::Policy(Arc::new(EveryLeaf));
+    let at = |app: &mut App, at_px: f32| {
+        let far = Far { at_px, ..Far::default() };
+        app.world_mut().resource_mut::<FoliageSettings>().far = Some(far);
+        let shown = picture(app, &image);
+        shown.keep(&format!("far-{at_px}"));
+        // Light that the plant takes from the backdrop.
+        let taken = |channel: usize| {
+            let linear = |texel: &[u8; 4]| LinearRgba::from(Color::srgb_u8(texel[channel], 0, 0)).red;
+            shown.rgba.iter().map(|texel| 1.0 - linear(texel)).sum::<f32>()
+        };
+        ([0, 1, 2].map(taken), app.world().resource::<FoliageStats>().impostors)
+    };
+    let (near, none) = at(&mut app, 0.0);
+    let (far, one) = at(&mut app, 1024.0);
+    assert_eq!((none, one), (0, 1));
+    let changes = |other: [f32; 3]| [0, 1, 2].map(|i| other[i] / near[i] - 1.0);
+    println!("the impostor takes {:?} more light", changes(far));
+    assert!(changes(far).iter().all(|change| change.abs() < 0.05), "{:?}", changes(far));
+    // On the way coverage stays.
+    for at_px in [70.0, 80.0, 90.0, 100.0, 110.0] {
+        let (between, _) = at(&mut app, at_px);
+        println!("handed over at {at_px}: {:?}", changes(between));
+        assert!(changes(between).iter().all(|change| change.abs() < 0.06), "{at_px}: {:?}", changes(between));
+    }
+}
+
+/// Draws every leaf.
+struct EveryLeaf;
+
+impl LodPolicy for EveryLeaf {
+    fn lod_outside(&self, _: &Sight) -> f32 {
+        1.0
+    }
 }
