@@ -43,9 +43,9 @@ fn setup(world: &mut World) {
 /// Tells once what is drawn.
 fn report(stats: Res<FoliageStats>, mut last: Local<u32>) {
     if stats.in_view > 0 && *last == 10 {
-        let FoliageStats { plants, in_view, leaves, leaves_processed, wood_triangles } = *stats;
+        let FoliageStats { plants, in_view, impostors, leaves, leaves_processed, wood_triangles } = *stats;
         info!(
-            "{in_view} of {plants} plants in view: {leaves:.0} leaves, {leaves_processed} processed; \
+            "{in_view} of {plants} plants in view, {impostors} as impostors: {leaves:.0} leaves, {leaves_processed} processed; \
              {wood_triangles} triangles of wood"
         );
     }

@@ -71,11 +71,11 @@ fn show(
     mut mean: Local<f32>,
 ) {
     *mean += 0.05 * (1e3 * time.delta_secs() - *mean);
-    let FoliageStats { plants, in_view, leaves, leaves_processed, wood_triangles } = *stats;
+    let FoliageStats { plants, in_view, impostors, leaves, leaves_processed, wood_triangles } = *stats;
     for mut text in &mut overlay {
         text.0 = format!(
             "budget   {:.0} leaves\ndrawn    {leaves:.0} leaves, {leaves_processed} processed\n\
-             plants   {in_view} of {plants} in view\nwood     {wood_triangles} triangles\nframe    {:.1} ms",
+             plants   {in_view} of {plants} in view, {impostors} as impostors\nwood     {wood_triangles} triangles\nframe    {:.1} ms",
             budget.leaves, *mean
         );
     }

@@ -156,9 +156,14 @@ impl MaterialExtension for FarExtension {
         ];
         descriptor.vertex.buffers = vec![layout.0.get_layout(&attributes)?];
         let samples = descriptor.multisample.count;
+        // Only shadow maps of the sun are drawn so.
+        let is_of_sun = descriptor.primitive.unclipped_depth;
         let fragment = descriptor.fragment.as_mut().map(|fragment| &mut fragment.shader_defs);
         for defs in [Some(&mut descriptor.vertex.shader_defs), fragment].into_iter().flatten() {
             defs.push(ShaderDefVal::UInt("FOLIAGE_SAMPLES".into(), samples));
+            if is_of_sun {
+                defs.push("FOLIAGE_SUN".into());
+            }
         }
         Ok(())
     }
