@@ -106,3 +106,8 @@ impl Plugin for FoliageLodPlugin {
         }
     }
 }
+
+/// The code in the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -43,6 +43,8 @@ struct Seen {
     sight: Sight,
     pixels_per_unit: f64,
     in_view: bool,
+    /// Share of the plant that its impostor takes at this size.
+    far: f32,
 }
 
 /// What a budget keeps from frame to frame.
@@ -91,17 +93,20 @@ pub(crate) fn select(
     let seers: Vec<Seer> = cameras.iter().filter_map(seer).collect();
     let moment = wind.as_ref().map(|wind| wind.0.at(time.elapsed_secs_f64()));
     let mut all = Vec::new();
+    let mut shares = Vec::new();
     for (plant, foliage, _, _, place, visible, layers) in &plants {
         let Some(asset) = assets.get(&foliage.model).filter(|_| visible.get()) else { continue };
-        all.extend(seen(plant, foliage.model.id(), asset, place, layers, &seers));
-    }
-    let shares: Vec<Option<f64>> = all
-        .iter()
-        .map(|seen| match plants.get(seen.plant).ok()?.1.lod {
-            FoliageLod::Share(share) => Some(share_of(assets.get(seen.model)?, share)),
+        let Some(mut seen) = seen(plant, foliage.model.id(), asset, place, layers, &seers) else { continue };
+        let share = match foliage.lod {
+            FoliageLod::Share(share) => Some(share_of(asset, share)),
             _ => None,
-        })
-        .collect();
+        };
+        if let (Some(_), Some(far), None) = (&asset.far, settings.far, share) {
+            seen.far = far.share(2.0 * seen.sight.radius_px(), plant.index_u32());
+        }
+        shares.push(share);
+        all.push(seen);
+    }
     let counts = match &budget {
         Some(budget) => budgeting.split(budget, &all, &shares, &assets, time.delta_secs_f64()),
         None => &[],
@@ -111,22 +116,23 @@ pub(crate) fn select(
         let Ok((_, foliage, mut detail, slot, place, ..)) = plants.get_mut(seen.plant) else { continue };
         let Some(asset) = assets.get(&foliage.model) else { continue };
         let leaves = asset.leaf_count();
-        let wanted = match (&foliage.lod, counts.get(number)) {
-            (FoliageLod::Share(share), _) => share_of(asset, *share),
-            (_, Some(count)) => f64::from(*count),
-            (FoliageLod::Auto, None) => share_of(asset, settings.policy.lod(&seen.sight)),
-            (FoliageLod::Policy(policy), None) => share_of(asset, policy.lod(&seen.sight)),
+        let policy = match &foliage.lod {
+            FoliageLod::Policy(policy) => policy,
+            _ => &settings.policy,
         };
-        let is_exact = matches!(foliage.lod, FoliageLod::Share(_));
-        let count = if is_exact { wanted } else { detail.follow(wanted, leaves, settings.dead_band) };
+        let count = shares[number].unwrap_or_else(|| {
+            let by_policy = || share_of(asset, policy.lod(&seen.sight));
+            let wanted = counts.get(number).map_or_else(by_policy, |count| f64::from(*count));
+            detail.bypass_change_detection().follow(wanted, leaves, settings.dead_band)
+        });
         let transition = Transition::new(count, settings.window, leaves);
         let error = (f64::from(settings.wood_error_px) / seen.pixels_per_unit) as f32;
         let rung = asset.rung(transition.drawn().min(leaves), detail.rung);
         let wood = asset.wood_rung(error, detail.wood);
-        let far = asset.far.as_ref().and(settings.far).filter(|_| !is_exact).map_or(0.0, |far| {
-            let share = far.share(2.0 * seen.sight.radius_px(), seen.plant.index_u32());
-            share.max(settings.policy.far(count as f32 / leaves.max(1) as f32))
-        });
+        let far = match (&asset.far, settings.far, shares[number]) {
+            (Some(_), Some(_), None) => seen.far.max(policy.far(count as f32 / leaves.max(1) as f32)),
+            _ => 0.0,
+        };
         if detail.is_new || (far > 0.0, far < 1.0) != (detail.far > 0.0, detail.far < 1.0) {
             for part in &detail.parts {
                 let Ok((part, mut visibility)) = shown.get_mut(*part) else { continue };
@@ -156,11 +162,9 @@ pub(crate) fn select(
                 (count as f32, rung, wood, far, false);
             detail.vertices = vertices;
         }
-        if seen.in_view && far >= 1.0 {
-            drawn.in_view += 1;
-            drawn.impostors += 1;
-        } else if seen.in_view {
-            drawn.in_view += 1;
+        drawn.in_view += u32::from(seen.in_view);
+        drawn.impostors += u32::from(seen.in_view && far >= 1.0);
+        if seen.in_view && far < 1.0 {
             drawn.leaves += count;
             drawn.leaves_processed += u64::from(asset.rungs[rung]);
             drawn.wood_triangles += asset.wood.get(wood).map_or(0, |rung| u64::from(rung.triangles));
@@ -214,7 +218,7 @@ fn seen(
         let pixels_per_unit = px * f64::from(scale);
         // Those that show it go first.
         if best.as_ref().is_none_or(|best: &Seen| (best.in_view, best.pixels_per_unit) < (in_view, pixels_per_unit)) {
-            best = Some(Seen { plant, model, sight, pixels_per_unit, in_view });
+            best = Some(Seen { plant, model, sight, pixels_per_unit, in_view, far: 0.0 });
         }
     }
     best
@@ -246,6 +250,8 @@ impl Budgeting {
             let item = Item::seen(curve as u32, &curves[curve], &seen.sight);
             match share {
                 Some(leaves) => Item { ceiling: 0.0, fixed_cost: leaves as f32, ..item },
+                // No leaf of it shows.
+                None if seen.far >= 1.0 => Item { ceiling: 0.0, ..item },
                 None => item,
             }
         };

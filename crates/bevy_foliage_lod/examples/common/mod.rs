@@ -139,7 +139,7 @@ pub fn plant_forest(world: &mut World, plants: u32) -> f32 {
 /// Spawns a camera for the window or the picture, with the sun, light from the sky, and ground.
 pub fn scene(world: &mut World, camera: impl Bundle, ground: f32) {
     let options = world.resource::<Options>().clone();
-    let camera = world.spawn((Camera3d::default(), camera)).id();
+    let camera = world.spawn((Camera3d::default(), IsDefaultUiCamera, camera)).id();
     if options.picture().is_some() {
         let size: String = options.get("--size", "640x360".into());
         let sides: Vec<u32> = size.split('x').filter_map(|side| side.parse().ok()).collect();
