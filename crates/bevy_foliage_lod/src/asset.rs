@@ -5,7 +5,7 @@ use crate::{
     far::{FarMaterial, far_parts},
     material::{ATTRIBUTE_LEAF, ATTRIBUTE_STEM, Crown, FoliageExtension, FoliageMaterial},
     plants::{PLANTS, SWAYS},
-    texture::image,
+    texture::{image, mean},
 };
 use bevy::{
     asset::{Asset, Assets, Handle, LoadContext, RenderAssetUsages},
@@ -322,13 +322,13 @@ fn materials(
     let leaves = store.put("Leaves".into(), buffer(upload.leaves.clone()));
     let events = store.put("Events".into(), buffer(upload.events.clone()));
     let limbs = store.put("Limbs".into(), limb_image(limbs));
-    let images = images(model, store)?;
-    let colors = mean_colors(model)?;
+    let surfaces = surfaces(model, store)?;
+    let mean = mean_color(model, &surfaces);
     let crown = &upload.crown;
     let both = |(number, material): (usize, &Material)| {
         let base = StandardMaterial {
             base_color: Color::linear_rgb(material.base_color[0], material.base_color[1], material.base_color[2]),
-            base_color_texture: images[number].clone(),
+            base_color_texture: surfaces[number].image.clone(),
             alpha_mode: material.cutoff().map_or(AlphaMode::Opaque, AlphaMode::Mask),
             perceptual_roughness: 0.85,
             reflectance: 0.2,
@@ -344,11 +344,11 @@ fn materials(
                 center: crown.center_local.into(),
                 tone: crown.tone,
                 inverse_half_size: crown.inverse_half_size.into(),
-                cutoff: images[number].as_ref().and(texture_cutoff(material)).unwrap_or(0.0),
-                mean: colors,
+                cutoff: surfaces[number].image.as_ref().and(texture_cutoff(material)).unwrap_or(0.0),
+                mean,
             },
         };
-        let material = |name: &str, double_sided: bool| {
+        let sided = |name: &str, double_sided: bool| {
             let base = StandardMaterial {
                 double_sided,
                 cull_mode: (!double_sided).then_some(bevy::render::render_resource::Face::Back),
@@ -356,14 +356,10 @@ fn materials(
             };
             (format!("{name}{number}"), FoliageMaterial { base, extension: extension.clone() })
         };
-        [material("TwoSided", true), material("Material", material_is_two_sided(model, number))]
+        [sided("TwoSided", true), sided("Material", material.double_sided)]
     };
     let materials: Vec<[(String, FoliageMaterial); 2]> = model.materials.iter().enumerate().map(both).collect();
     Ok(materials.into_iter().map(|both| both.map(|(label, material)| store.put(label, material))).collect())
-}
-
-fn material_is_two_sided(model: &FoliageModel, number: usize) -> bool {
-    model.materials[number].double_sided
 }
 
 /// Alpha of the texture alone from which on a texel is opaque.
@@ -392,56 +388,54 @@ fn limb_image(limbs: Option<&Limbs>) -> Image {
     image
 }
 
-/// The image of each material: one for each texture, wrap mode and cutoff.
-fn images(model: &FoliageModel, store: &mut impl Store) -> foliage_lod::Result<Vec<Option<Handle<Image>>>> {
+/// The texture of a material.
+#[derive(Clone)]
+struct Surface {
+    image: Option<Handle<Image>>,
+    /// Mean linear colour of what is opaque of it.
+    mean: Vec3A,
+}
+
+/// The texture of each material: one for each image, wrap mode and cutoff.
+fn surfaces(model: &FoliageModel, store: &mut impl Store) -> foliage_lod::Result<Vec<Surface>> {
     type Key = (u32, [Wrap; 2], Option<u32>);
-    let mut made: Vec<(Key, Handle<Image>)> = Vec::new();
+    let mut made: Vec<(Key, Surface)> = Vec::new();
     let mut of_materials = Vec::new();
     for material in &model.materials {
         let Some(number) = material.texture else {
-            of_materials.push(None);
+            of_materials.push(Surface { image: None, mean: Vec3A::ONE });
             continue;
         };
-        let key = (number, material.wrap, texture_cutoff(material).map(f32::to_bits));
-        let found = made.iter().find(|(of, _)| *of == key).map(|(_, image)| image.clone());
-        let handle = match found {
-            Some(handle) => handle,
+        let cutoff = texture_cutoff(material);
+        let key = (number, material.wrap, cutoff.map(f32::to_bits));
+        let found = made.iter().find(|(of, _)| *of == key).map(|(_, surface)| surface.clone());
+        let surface = match found {
+            Some(surface) => surface,
             None => {
                 let pixels = model.textures[number as usize].decode()?;
-                let handle = store.put(format!("Texture{}", made.len()), image(pixels, material));
-                made.push((key, handle.clone()));
-                handle
+                let mean = mean(&pixels, cutoff);
+                let image = Some(store.put(format!("Texture{}", made.len()), image(pixels, material)));
+                made.push((key, Surface { image, mean }));
+                made[made.len() - 1].1.clone()
             }
         };
-        of_materials.push(Some(handle));
+        of_materials.push(surface);
     }
     Ok(of_materials)
 }
 
 /// Mean colour of the leaves, linear.
-fn mean_colors(model: &FoliageModel) -> foliage_lod::Result<Vec3> {
-    let mut sum = Vec3A::ZERO;
-    let mut count = 0.0;
-    let mut textures: HashMap<u32, Vec3A> = HashMap::default();
-    for leaf in &model.leaves {
-        let material = &model.materials[leaf.material as usize];
-        let texture = match material.texture {
-            None => Vec3A::ONE,
-            Some(number) => match textures.get(&number) {
-                Some(color) => *color,
-                None => {
-                    let color =
-                        crate::texture::mean(&model.textures[number as usize].decode()?, texture_cutoff(material));
-                    textures.insert(number, color);
-                    color
-                }
-            },
-        };
-        let base = Vec3A::from_slice(&material.base_color);
-        for corner in &model.vertices[leaf.geometry().vertex_range()] {
-            sum += Vec3A::from_slice(&corner.color) * base * texture;
-            count += 1.0;
-        }
-    }
-    Ok(if count > 0.0 { (sum / count).into() } else { Vec3::ZERO })
+fn mean_color(model: &FoliageModel, surfaces: &[Surface]) -> Vec3 {
+    let of_leaf = |leaf: &foliage_lod::model::Leaf| {
+        let material = leaf.material as usize;
+        let base = Vec3A::from_slice(&model.materials[material].base_color) * surfaces[material].mean;
+        let corners = &model.vertices[leaf.geometry().vertex_range()];
+        corners.iter().map(move |corner| Vec3A::from_slice(&corner.color) * base)
+    };
+    let (sum, count) = model
+        .leaves
+        .iter()
+        .flat_map(of_leaf)
+        .fold((Vec3A::ZERO, 0.0_f32), |(sum, count), color| (sum + color, count + 1.0));
+    (sum / count.max(1.0)).into()
 }

@@ -99,7 +99,7 @@ fn hidden_plants_are_left_alone_and_records_of_despawned_ones_are_used_again() {
 fn a_budget_is_spent_by_the_plants_in_view_and_shares_go_first() {
     let mut app = app(&folder("budget"));
     let model = birch(&mut app);
-    camera(&mut app, [320, 180], looking(12.0));
+    camera(&mut app, [64, 36], looking(12.0));
     let spawn = |app: &mut App, x: f32, z: f32| app.world_mut().spawn((Foliage::new(model.clone()), at(x, z))).id();
     for i in 0..5 {
         spawn(&mut app, (i as f32 - 2.0) * 2.0 * radius(), 0.0);
@@ -174,14 +174,21 @@ fn files_that_cannot_be_loaded_are_told_and_good_ones_replace_them() {
     assert!(picture(&mut app, &image).covered().iter().all(|covered| !covered));
     // Another model.
     app.world_mut().get_mut::<Foliage>(plants[0]).unwrap().model = server.load("birch.vds");
-    (0..200).for_each(|_| app.update());
-    assert!(leaves(&app, plants[0]) > 0.0);
+    let until_drawn = |app: &mut App, plant: Entity| {
+        for _ in 0..500 {
+            if leaves(app, plant) > 0.0 {
+                return;
+            }
+            app.update();
+        }
+        panic!("the model is not loaded");
+    };
+    until_drawn(&mut app, plants[0]);
     assert!(picture(&mut app, &image).covered().iter().any(|covered| *covered));
     // The file has changed.
     std::fs::write(files.join("text.vds"), BIRCH.to_bytes().unwrap()).unwrap();
     server.reload("text.vds");
-    (0..200).for_each(|_| app.update());
-    assert!(leaves(&app, plants[1]) > 0.0);
+    until_drawn(&mut app, plants[1]);
 }
 
 #[test]
