@@ -124,12 +124,21 @@ impl FoliageAsset {
         let mut leaves = Vec::new();
         let mut rung_vertices = vec![0; rungs.len()];
         for group in upload.by_material() {
-            let mesh = |(rung, &count): (usize, &u32)| {
-                let mesh = leaf_mesh(&upload, &group, count);
-                rung_vertices[rung] += mesh.count_vertices() as u32;
-                store.put(format!("Leaves{}/{rung}", group.material), mesh)
-            };
-            let meshes = rungs.iter().enumerate().map(mesh).collect();
+            let mut meshes: Vec<Handle<Mesh>> = Vec::new();
+            // Vertices of the last mesh.
+            let mut vertices = 0;
+            for (rung, &count) in rungs.iter().enumerate() {
+                match meshes.last() {
+                    // A mesh has vertices, if only some that are not drawn.
+                    Some(last) if group.index_end(count) == 0 => meshes.push(last.clone()),
+                    _ => {
+                        let mesh = leaf_mesh(&upload, &group, count);
+                        vertices = mesh.count_vertices() as u32;
+                        meshes.push(store.put(format!("Leaves{}/{rung}", group.material), mesh));
+                    }
+                }
+                rung_vertices[rung] += vertices;
+            }
             leaves.push((materials[group.material as usize][0].clone(), meshes));
         }
         let wood = wood(&model, &materials, store);
@@ -166,8 +175,8 @@ impl FoliageAsset {
         self.model.leaves.len() as u32
     }
 
-    /// Number of leaves whose vertices are processed where so many are drawn, given the rung that a
-    /// plant is at: a rung is kept until there is some room.
+    /// The smallest rung that has so many leaves, or the one that a plant is at, which is kept until
+    /// there is some room.
     pub(crate) fn rung(&self, drawn: u32, current: usize) -> usize {
         let fits = |rung: usize| self.rungs.get(rung).is_some_and(|&leaves| leaves >= drawn);
         let best = self.rungs.partition_point(|&leaves| leaves >= drawn).saturating_sub(1);
@@ -175,7 +184,8 @@ impl FoliageAsset {
         if fits(current) && best == current + 1 && !has_room(best) { current } else { best }
     }
 
-    /// The rung of the wood that is at most so far off.
+    /// The coarsest rung of the wood that is at most so far off, or the one that a plant is at, as
+    /// for leaves.
     pub(crate) fn wood_rung(&self, error: f32, current: usize) -> usize {
         let best = self.wood.partition_point(|rung| rung.error <= error).saturating_sub(1);
         let has_room = |rung: usize| self.wood[rung].error <= 0.95 * error;
