@@ -175,8 +175,8 @@ impl FoliageAsset {
         self.model.leaves.len() as u32
     }
 
-    /// The smallest rung that has so many leaves, or the one that a plant is at, which is kept until
-    /// there is some room.
+    /// The smallest rung that has so many leaves, or the one that a plant is at, which is kept
+    /// until there is some room.
     pub(crate) fn rung(&self, drawn: u32, current: usize) -> usize {
         let fits = |rung: usize| self.rungs.get(rung).is_some_and(|&leaves| leaves >= drawn);
         let best = self.rungs.partition_point(|&leaves| leaves >= drawn).saturating_sub(1);
