@@ -1,6 +1,6 @@
 //! Impostors of far plants, of models that have one.
 
-use crate::{asset::Store, plants::PLANTS};
+use crate::{asset::Store, material::lay_out, plants::PLANTS};
 use bevy::{
     asset::{Asset, Handle, RenderAssetUsages, uuid_handle},
     image::{Image, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
@@ -16,7 +16,7 @@ use bevy::{
         },
         storage::ShaderBuffer,
     },
-    shader::{Shader, ShaderDefVal, ShaderRef},
+    shader::{Shader, ShaderRef},
 };
 use foliage_lod::{
     draw::{PageLevel, impostor_levels, records::ImpostorRecord, shaders::impostor_parts},
@@ -154,17 +154,8 @@ impl MaterialExtension for FarExtension {
             Mesh::ATTRIBUTE_NORMAL.at_shader_location(1),
             Mesh::ATTRIBUTE_UV_0.at_shader_location(2),
         ];
-        descriptor.vertex.buffers = vec![layout.0.get_layout(&attributes)?];
-        let samples = descriptor.multisample.count;
         // Only shadow maps of the sun are drawn so.
         let is_of_sun = descriptor.primitive.unclipped_depth;
-        let fragment = descriptor.fragment.as_mut().map(|fragment| &mut fragment.shader_defs);
-        for defs in [Some(&mut descriptor.vertex.shader_defs), fragment].into_iter().flatten() {
-            defs.push(ShaderDefVal::UInt("FOLIAGE_SAMPLES".into(), samples));
-            if is_of_sun {
-                defs.push("FOLIAGE_SUN".into());
-            }
-        }
-        Ok(())
+        lay_out(descriptor, layout, &attributes, is_of_sun.then_some("FOLIAGE_SUN"))
     }
 }

@@ -4,7 +4,7 @@ use bevy::{
     asset::{Asset, Handle, uuid_handle},
     image::Image,
     math::Vec3,
-    mesh::{Mesh, MeshVertexAttribute, MeshVertexBufferLayoutRef, VertexFormat},
+    mesh::{Mesh, MeshVertexAttribute, MeshVertexBufferLayoutRef, VertexAttributeDescriptor, VertexFormat},
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline, StandardMaterial},
     reflect::TypePath,
     render::{
@@ -114,15 +114,24 @@ impl MaterialExtension for FoliageExtension {
             Mesh::ATTRIBUTE_COLOR.at_shader_location(3),
             part.at_shader_location(4),
         ];
-        descriptor.vertex.buffers = vec![layout.0.get_layout(&attributes)?];
-        let samples = descriptor.multisample.count;
-        let fragment = descriptor.fragment.as_mut().map(|fragment| &mut fragment.shader_defs);
-        for defs in [Some(&mut descriptor.vertex.shader_defs), fragment].into_iter().flatten() {
-            defs.push(ShaderDefVal::UInt("FOLIAGE_SAMPLES".into(), samples));
-            if is_leaf {
-                defs.push("FOLIAGE_LEAVES".into());
-            }
-        }
-        Ok(())
+        lay_out(descriptor, layout, &attributes, is_leaf.then_some("FOLIAGE_LEAVES"))
     }
+}
+
+/// Sets the vertex attributes of a pipeline and what its shaders know: the number of samples, and
+/// one definition more.
+pub(crate) fn lay_out(
+    descriptor: &mut RenderPipelineDescriptor,
+    layout: &MeshVertexBufferLayoutRef,
+    attributes: &[VertexAttributeDescriptor],
+    definition: Option<&'static str>,
+) -> Result<(), SpecializedMeshPipelineError> {
+    descriptor.vertex.buffers = vec![layout.0.get_layout(attributes)?];
+    let samples = descriptor.multisample.count;
+    let fragment = descriptor.fragment.as_mut().map(|fragment| &mut fragment.shader_defs);
+    for defs in [Some(&mut descriptor.vertex.shader_defs), fragment].into_iter().flatten() {
+        defs.push(ShaderDefVal::UInt("FOLIAGE_SAMPLES".into(), samples));
+        defs.extend(definition.map(ShaderDefVal::from));
+    }
+    Ok(())
 }
