@@ -159,18 +159,8 @@ fn leaf_color(surface: Surface) -> Shaded {
 
 fn leaf_tint(number: u32, leaf: LeafRecord, corner: u32, look: Look) -> vec3<f32> {
     switch COLORING {
-        case COLORING_FLAT: {
-            // Any hash will do; this is Knuth's multiplicative hash.
-            let mixed = number * HASH_MULTIPLIER;
-            return vec3(f32(mixed >> 24u), f32((mixed >> 16u) & 255u), f32((mixed >> 8u) & 255u)) / 255.0;
-        }
-        case COLORING_ORDER: {
-            // Blue for the leaf that is kept longest, orange for the one that is pruned first.
-            let order = f32(number) / f32(arrayLength(&leaves) - 1u);
-            return mix(vec3(0.02, 0.1, 0.6), vec3(1.0, 0.5, 0.02), order);
-        }
-        case COLORING_PARTS: {
-            return vec3(0.05, 0.4, 0.05);
+        case COLORING_FLAT, COLORING_ORDER, COLORING_PARTS: {
+            return diagnostic_color(number, arrayLength(&leaves) - 1u);
         }
         default: {
             var root = unpack4x8unorm(leaf.color_look).rgb;

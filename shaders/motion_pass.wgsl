@@ -31,6 +31,10 @@ fn motion(moving: Moving) -> @location(0) vec2<f32> {
     if is_open || is_far || fade_share(moving.leaf, moving.instance) < 0.5 {
         discard;
     }
+    return motion_of(moving);
+}
+
+fn motion_of(moving: Moving) -> vec2<f32> {
     if moving.before.z <= 0.0 {
         // The point was behind the eye in the previous frame.
         return vec2(0.0);

@@ -135,6 +135,16 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
     if samples == 0u {
         discard;
     }
+    let is_two_sided = is_leaf || material.is_two_sided == 1u;
+    let color = surface_color(surface, texel.color * material.base_color.rgb, is_leaf, is_two_sided);
+    return Shaded(vec4(encoded(color), 1.0), samples);
+}
+
+// Linear colour of a surface whose texture has a colour.
+fn surface_color(surface: Surface, texture_color: vec3<f32>, is_leaf: bool, is_two_sided: bool) -> vec3<f32> {
+    if COLORING != COLORING_PICTURE {
+        return surface.color;
+    }
     let lit = Lit(
         surface.normal,
         surface.position_local - surface.eye,
@@ -143,19 +153,32 @@ fn shaded(surface: Surface, is_leaf: bool) -> Shaded {
         surface.towards_sun,
         surface.upwards,
         is_leaf,
-        is_leaf || material.is_two_sided == 1u,
+        is_two_sided,
         sunlit(surface.position_local, surface.instance),
     );
-    let lit_color = texel.color * material.base_color.rgb * surface.color * reflected(lit);
-    var color = surface.color;
-    if COLORING == COLORING_PICTURE {
-        color = lit_color;
-        if is_leaf {
-            color = toned(color, surface);
-        }
-        color = tinted(color, surface.instance);
+    var color = texture_color * surface.color * reflected(lit);
+    if is_leaf {
+        color = toned(color, surface);
     }
-    return Shaded(vec4(encoded(color), 1.0), samples);
+    return tinted(color, surface.instance);
+}
+
+// Colour of a leaf in a diagnostic colouring.
+fn diagnostic_color(number: u32, last: u32) -> vec3<f32> {
+    switch COLORING {
+        case COLORING_FLAT: {
+            // Any hash will do; this is Knuth's multiplicative hash.
+            let mixed = number * HASH_MULTIPLIER;
+            return vec3(f32(mixed >> 24u), f32((mixed >> 16u) & 255u), f32((mixed >> 8u) & 255u)) / 255.0;
+        }
+        case COLORING_ORDER: {
+            // Blue for the leaf that is kept longest, orange for the one that is pruned first.
+            return mix(vec3(0.02, 0.1, 0.6), vec3(1.0, 0.5, 0.02), f32(number) / f32(last));
+        }
+        default: {
+            return vec3(0.05, 0.4, 0.05);
+        }
+    }
 }
 
 // Place beside any quad.
@@ -200,6 +223,12 @@ fn is_hole(material: Material, uv: vec2<f32>, rect: vec4<f32>, enlarged: vec4<f3
     let shown = tiled(uv, rect, enlarged.y, enlarged.zw);
     let texel = texel(material, shown.uv, dpdx(uv) * shown.stretch, dpdy(uv) * shown.stretch, rect.zw, seed);
     return texel.coverage + texel.dither < 1.0;
+}
+
+// What a cut-out covers of one pixel; see Texel.
+struct Cutout {
+    coverage: f32,
+    dither: f32,
 }
 
 // A material's texture at one pixel.

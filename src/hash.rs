@@ -5,7 +5,6 @@
 pub(crate) const HASH_MULTIPLIER: u32 = 2_654_435_761;
 
 /// Hash of a cell, from 0 to below 1; the function of the same name in `surface.wgsl`.
-#[cfg(feature = "software")]
 pub(crate) fn hash(cell: [i32; 3]) -> f32 {
     let mixed =
         cell.into_iter().fold(0_u32, |mixed, at| (mixed ^ mixed >> 15 ^ at as u32).wrapping_mul(HASH_MULTIPLIER));

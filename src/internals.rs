@@ -7,6 +7,12 @@ pub mod appearance {
     pub use crate::simplify::appearance::*;
 }
 
+/// Pictures of clusters.
+#[cfg(feature = "simplify")]
+pub mod clusters {
+    pub use crate::simplify::clusters::all;
+}
+
 /// Fragment capture.
 #[cfg(all(feature = "render", feature = "simplify"))]
 pub mod capture {

@@ -128,7 +128,7 @@ fn levels_show_what_the_model_shows_at_their_counts() {
     let camera = LookAt::framing(&sphere, DVec3::new(0.3, 0.1, 1.0), 0.8, 1.0).camera(200);
     let mut sizes = Vec::new();
     for lod in [1.0, 0.4, 0.1, 0.0] {
-        let level = Level::new(&model, lod);
+        let level = Level::new(&model, lod).unwrap();
         assert_eq!(level.leaves, ((lod * 900.0) as u32).max(1));
         sizes.push((level.size_px, level.plant.wood.triangles()));
         let bare = |wood: Plant| Plant { wood: Default::default(), ..wood };
@@ -204,7 +204,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     models.push(lods::hostile());
     let mut files = Vec::new();
     for (number, model) in models.iter().enumerate() {
-        let level = Level::new(model, 0.2).plant;
+        let level = Level::new(model, 0.2).unwrap().plant;
         let cards = lods::cards(model);
         let written = [
             write_continuous(model, &EXACT),

@@ -7,9 +7,9 @@ use foliage_lod::{
     draw::{
         Tint, Variant,
         records::{
-            CrownRecord, Event, FrameRecord, GroundRecord, ImpostorRecord, InstanceRecord, LandscapeRecord, LookRecord,
-            MaterialRecord, MotionRays, PackedCorner, PackedLeaf, PackingRecord, SlidingWood, StemRecord, Tone,
-            bindings,
+            CardRecord, CrownRecord, Event, FrameRecord, GroundRecord, ImpostorRecord, InstanceRecord, LandscapeRecord,
+            LookRecord, MaterialRecord, MotionRays, PackedCorner, PackedLeaf, PackingRecord, SlidingWood, StemRecord,
+            Tone, bindings,
         },
         shaders,
     },
@@ -149,6 +149,12 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
     assert_layout!(&module, PackedCorner, "LeafCorner", [offset_xy, offset_z_normal, uv]);
     assert_layout!(&module, PackedLeaf, "LeafRecord", [pivot_xy, pivot_z_seed, first_event, color_look]);
     assert_layout!(&module, Event, "Event", [leaf, scale]);
+    assert_layout!(
+        &parsed(&shaders::card_pass(&look, all)),
+        CardRecord,
+        "CardRecord",
+        [center, leaf, half_sides, unit, normal_kept, color, size, first_event, last_event, texels, number]
+    );
     let module = parsed(&shaders::wood_pass(&look, all, true));
     assert_layout!(
         &module,
@@ -180,6 +186,9 @@ fn every_struct_of_the_passes_that_draw_plants_lies_in_memory_as_in_rust() {
         parsed(&shaders::leaf_pass(&shadowed, variant));
         parsed(&shaders::leaf_shadow(&look, variant));
         parsed(&shaders::leaf_motion(&look, variant));
+        parsed(&shaders::card_pass(&shadowed, variant));
+        parsed(&shaders::card_shadow(&look, variant));
+        parsed(&shaders::card_motion(&look, variant));
         for slides in [false, true] {
             parsed(&shaders::wood_shadow(&look, variant, slides));
             parsed(&shaders::wood_motion(&look, variant, slides));
@@ -227,6 +236,8 @@ fn every_binding_has_the_number_that_rust_gives_it() {
         ("scales", FRAME, SCALES),
         ("frame", FRAME, SHARED),
         ("limbs", MODEL, LIMBS),
+        ("cards", MODEL, CARDS),
+        ("texels", MODEL, CARD_TEXELS),
         ("tones", EFFECTS, TONES),
         ("sways", EFFECTS, SWAYS),
         ("shadow_map", EFFECTS, SHADOW_MAP),
@@ -243,7 +254,7 @@ fn every_binding_has_the_number_that_rust_gives_it() {
     let mut seen = std::collections::HashSet::new();
     for variant in Variant::all() {
         let wood = [false, true].map(|slides| shaders::wood_pass(&look, variant, slides));
-        let others = [shaders::leaf_pass, shaders::impostor_pass].map(|wgsl| wgsl(&look, variant));
+        let others = [shaders::leaf_pass, shaders::card_pass, shaders::impostor_pass].map(|wgsl| wgsl(&look, variant));
         for wgsl in wood.into_iter().chain(others).chain([shaders::ground_pass(&look)]) {
             for (_, global) in parsed(&wgsl).global_variables.iter() {
                 let (Some(name), Some(binding)) = (&global.name, &global.binding) else { continue };

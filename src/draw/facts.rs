@@ -1,6 +1,7 @@
 //! Per-model facts from which frame lists are built.
 
 use super::{
+    cards::CardRanges,
     instance::{Instance, ModelId},
     live::LiveFrames,
     stems::Levels,
@@ -41,6 +42,8 @@ pub struct ModelFacts {
     pub(super) has_tone: bool,
     /// Whether enlarged leaves repeat their pictures.
     pub(super) has_tiles: bool,
+    /// Which cards of clusters show.
+    pub(super) cards: CardRanges,
     /// Centre, in plant space, and radius of what the model's impostor shows; `None` if it has
     /// none.
     pub(super) impostor: Option<(DVec3, f64)>,
@@ -76,6 +79,7 @@ impl ModelFacts {
             mean,
             has_tone: model.growth.tone > 0.0,
             has_tiles: model.growth.tiles,
+            cards: CardRanges::new(model),
             impostor: model.impostor.as_ref().map(|impostor| shown_by(&impostor.framing())),
             live: None,
         }

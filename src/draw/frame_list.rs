@@ -8,7 +8,7 @@ use super::{
     instance::{Instance, ModelId, Prepared},
     live::Needed,
     look::{Look, Variant},
-    records::{FrameRecord, InstanceRecord, RUN_QUADS, Run, Tone, runs},
+    records::{FrameRecord, InstanceRecord, NO_SCALES, RUN_QUADS, Run, Tone, runs},
     sprite::{DEEP_FROM_PX, LEAST_PX},
     tint::{Tint, Tints},
 };
@@ -33,6 +33,8 @@ pub struct Batch {
     pub whole: Range<u32>,
     /// Runs with leaves that fade by alpha.
     pub fading: Range<u32>,
+    /// Runs of cards of clusters.
+    pub cards: Range<u32>,
 }
 
 /// Plants of one model that draw as much of its wood.
@@ -170,6 +172,8 @@ pub struct FrameList {
     spare: Vec<Listed>,
     /// Fading runs of the current batch, held until its whole runs are listed.
     fading: Vec<Run>,
+    /// Runs of cards of the current batch.
+    cards: Vec<Run>,
 }
 
 impl Default for FrameList {
@@ -193,6 +197,7 @@ impl Default for FrameList {
             order: Vec::new(),
             spare: Vec::new(),
             fading: Vec::new(),
+            cards: Vec::new(),
         }
     }
 }
@@ -307,6 +312,7 @@ impl FrameList {
         let model = &models[number];
         let (first_run, first_record) = (self.runs.len() as u32, self.records.len() as u32);
         self.fading.clear();
+        self.cards.clear();
         let plants = range.len() as u32;
         let of = &mut prepared.far;
         *if is_impostor {
@@ -327,6 +333,9 @@ impl FrameList {
             let split = first_fading_run(&record, drawn, model, look).min(end);
             self.runs.extend((0..split).map(|run| [at, run]));
             self.fading.extend((split..end).map(|run| [at, run]));
+            if !is_impostor && record.first_scale == NO_SCALES {
+                model.cards.runs(record.first_partial, drawn, |run| self.cards.push([at, run]));
+            }
             prepared.effects.add_drawn(record.first_partial.min(drawn), drawn);
             count_plant(&mut prepared.effects, variant);
             if let Some(effect) = look.effects.contrast {
@@ -359,10 +368,12 @@ impl FrameList {
         let whole = first_run..self.runs.len() as u32;
         self.runs.extend_from_slice(&self.fading);
         let fading = whole.end..self.runs.len() as u32;
-        let runs = [!whole.is_empty(), !fading.is_empty()];
+        self.runs.extend_from_slice(&self.cards);
+        let cards = fading.end..self.runs.len() as u32;
+        let runs = [!whole.is_empty(), !fading.is_empty(), !cards.is_empty()];
         prepared.draws += runs.into_iter().map(u32::from).sum::<u32>();
         if !is_impostor {
-            self.batches.push(Batch { model: number, variant, is_trimmed, whole, fading });
+            self.batches.push(Batch { model: number, variant, is_trimmed, whole, fading, cards });
         }
         if is_impostor || variant.handover {
             let instances = first_record..self.records.len() as u32;

@@ -10,6 +10,8 @@
 //! [`software`](crate::software) draws the same instances on the CPU, and engine plug-ins upload
 //! the records themselves.
 
+#[cfg_attr(not(feature = "render"), allow(dead_code, reason = "records are for the GPU"))]
+pub(crate) mod cards;
 pub(crate) mod eye;
 pub(crate) mod facts;
 pub(crate) mod frame_list;

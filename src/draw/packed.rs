@@ -19,6 +19,7 @@ mod grid;
 mod looks;
 
 use super::{
+    cards::PackedCards,
     quads::Quads,
     records::{
         CrownRecord, Event, LEAF_BITS, LeafVertex, LookRecord, MaterialRecord, NO_EXTRA, PackedCorner, PackedLeaf,
@@ -32,13 +33,15 @@ use glam::{Vec2, Vec3};
 use grid::Grid;
 use looks::{Looks, look, unit_of_length, wood_look};
 
-/// Sizes in bytes of what a model takes on the GPU: its leaves with their timelines and all that
-/// they share with the wood, and the wood; textures and impostors are not counted. O(vertices).
+/// Sizes in bytes of what a model takes on the GPU: its leaves with their timelines, the cards of
+/// clusters and all that they share with the wood, and the wood; textures and impostors are not
+/// counted. O(vertices).
 ///
 /// A renderer sums them over its models in
 /// [`Diagnostics::model_bytes`](crate::gpu::Diagnostics::model_bytes).
 pub fn gpu_bytes(model: &FoliageModel) -> [u64; 2] {
-    Packed::new(Upload::sliding(model)).bytes(model.materials.len())
+    let packed = Packed::new(Upload::sliding(model));
+    Packed { cards: PackedCards::new(model), ..packed }.bytes(model.materials.len())
 }
 
 /// Looks that a leaf's record can hold.
@@ -68,6 +71,8 @@ pub(crate) struct Packed {
     pub(crate) wood_indices: Vec<u32>,
     /// Texels of the limbs and their columns and rows; `None` without wind.
     pub(crate) limbs: Option<(Vec<[u32; 4]>, [u32; 2])>,
+    /// Cards of clusters.
+    pub(crate) cards: PackedCards,
 }
 
 impl Packed {
@@ -102,7 +107,8 @@ impl Packed {
         let uniforms = size_of::<CrownRecord>() + size_of::<PackingRecord>();
         let vertices = size_of_val(&self.wood_vertices[..]) + size_of_val(&self.sliding[..]);
         let wood = vertices + size_of_val(&self.stems[..]) + size_of_val(&self.wood_indices[..]);
-        [tables + shared + uniforms as u64, wood as u64]
+        let cards = size_of_val(&self.cards.records[..]) + size_of_val(&self.cards.texels[..]);
+        [tables + shared + uniforms as u64 + cards as u64, wood as u64]
     }
 
     fn pack_leaves(&mut self, upload: &Upload, quads: &Quads, looks: &mut Looks) {

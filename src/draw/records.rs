@@ -232,6 +232,36 @@ impl ImpostorRecord {
     }
 }
 
+/// A card of a cluster, as `card_pass.wgsl` reads it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct CardRecord {
+    /// Middle, in local space.
+    pub center: [f32; 3],
+    /// The leaf that stands for the cluster, and the highest bit if another card of it follows.
+    pub leaf: u32,
+    /// From the middle to those of the right and of the upper side: six signed 16-bit fractions of
+    /// `unit`.
+    pub half_sides: [u32; 3],
+    /// Largest component of those.
+    pub unit: f32,
+    /// In the upper half the normal on an octahedron, two signed 8-bit fractions; in the lowest
+    /// byte, in 255ths, [`ClusterCard::kept`](crate::model::ClusterCard::kept).
+    pub normal_kept: u32,
+    /// Linear colour.
+    pub color: [f32; 3],
+    /// Texels along the lower side, and in the second byte along the left one.
+    pub size: u32,
+    /// First of the card's events in the timeline.
+    pub first_event: u32,
+    /// Last of them, with which it appears.
+    pub last_event: u32,
+    /// First word of its picture, of half a byte for each texel.
+    pub texels: u32,
+    /// Number of the card in its model.
+    pub number: u32,
+}
+
 /// How a model is packed, as `packing.wgsl` reads it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
@@ -405,6 +435,12 @@ pub mod bindings {
     pub const WOOD: u32 = 14;
     /// Storage: stems of wood that slides.
     pub const STEMS: u32 = 15;
+
+    /// Storage: cards of clusters. They have a group of their own in place of the model's, with the
+    /// latter's crown and events.
+    pub const CARDS: u32 = 17;
+    /// Storage: pictures of the cards.
+    pub const CARD_TEXELS: u32 = 18;
 
     /// Texture: limbs of the model, in the wind alone. Wood that slides has it too.
     pub const LIMBS: u32 = 16;

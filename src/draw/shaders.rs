@@ -5,6 +5,7 @@
 //! that neither its arithmetic nor its bindings are in the shader.
 
 use super::{
+    cards::{HAS_NEXT, TEXELS_PER_WORD},
     handover::WHOLE_SHARE,
     landscape::{FADES_OVER, FLOOR_FROM, ZENITH_FROM},
     light::{FLOOR, HORIZON, HORIZON_HEIGHT, LEAN, Lighting, THROUGH, THROUGH_TINT, WRAP, ZENITH},
@@ -25,6 +26,7 @@ use crate::{
     },
     hash::HASH_MULTIPLIER,
     material::Wrap,
+    model::EMPTY,
     wood::{LEAST_SWELL, MAX_SLIDES, NO_SWELL, RIBBON, SLIDE, SWELL_STEPS, SWELLS},
 };
 
@@ -98,6 +100,23 @@ pub fn leaf_motion(look: &Look, variant: Variant) -> String {
     leaf_pass(look, variant)
         + include_str!("../../shaders/motion_pass.wgsl")
         + include_str!("../../shaders/leaf_motion.wgsl")
+}
+
+/// WGSL of the cards of clusters.
+pub fn card_pass(look: &Look, variant: Variant) -> String {
+    plant(&[TIMELINE, include_str!("../../shaders/card_pass.wgsl")].concat(), look, variant)
+}
+
+/// WGSL of the cards of clusters into the shadow map.
+pub fn card_shadow(look: &Look, variant: Variant) -> String {
+    card_pass(look, variant) + include_str!("../../shaders/card_shadow.wgsl")
+}
+
+/// WGSL of the cards of clusters for motion vectors.
+pub fn card_motion(look: &Look, variant: Variant) -> String {
+    card_pass(look, variant)
+        + include_str!("../../shaders/motion_pass.wgsl")
+        + include_str!("../../shaders/card_motion.wgsl")
 }
 
 /// WGSL of the wood pass, of wood whose vertices slide or of other wood.
@@ -222,6 +241,9 @@ fn plant(body: &str, look: &Look, variant: Variant) -> String {
         .constant_u32("RUN_QUADS", RUN_QUADS)
         .constant_u32("TRIMMED_CORNERS", TRIMMED_CORNERS)
         .constant_u32("LEAF_BITS", LEAF_BITS)
+        .constant_u32("HAS_NEXT", HAS_NEXT)
+        .constant_u32("TEXELS_PER_WORD", TEXELS_PER_WORD)
+        .constant_u32("EMPTY_TEXEL", EMPTY.into())
         .constant_u32("NO_EXTRA", NO_EXTRA)
         .constant_u32("NO_NORMAL", NO_NORMAL)
         .constant_f32("LEAST_WIDTH", LEAST_WIDTH)

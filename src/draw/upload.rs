@@ -130,6 +130,14 @@ impl Upload {
         }
     }
 
+    /// Hides leaves behind the cards of clusters: the events of each, from the one on with which
+    /// its first card appears, leave it nothing. For drawers that draw the cards.
+    #[cfg(feature = "render")]
+    pub(crate) fn hide_behind_cards(&mut self, model: &FoliageModel) {
+        let timeline = Timeline::with_cards(model);
+        self.events.iter_mut().zip(timeline.scales()).for_each(|(event, scale)| event.scale = *scale);
+    }
+
     /// Number of indices of the first `n` leaves, or of all leaves if the model has fewer.
     pub fn index_end(&self, n: u32) -> u32 {
         self.ends[(n as usize).min(self.ends.len() - 1)]

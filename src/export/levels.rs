@@ -1,10 +1,13 @@
 //! Discrete levels of a model as plants of their own, for engines that know nothing else.
 
-use super::tiled::tiled;
+use super::{
+    clusters::{push_cards, scales},
+    tiled::tiled,
+};
 use crate::{
-    FoliageModel, Plant,
+    FoliageModel, Plant, Result,
     bounds::Aabb,
-    extract::{CookLambda, LodPolicy, Sight, Swap, sight::REFERENCE_FOV_Y},
+    extract::{CookLambda, LodPolicy, Sight, sight::REFERENCE_FOV_Y},
     leaf::Vertex,
     plant::{Wood, WoodPart},
     wood::WoodLevels,
@@ -36,12 +39,17 @@ pub struct Level {
     pub size_px: f32,
     /// Number of enlarged leaves that are cut into triangles since they show several pictures.
     pub tiled: u32,
+    /// Number of leaves whose place a card with a picture of those that they stand for takes.
+    pub cards: u32,
 }
 
 impl Level {
     /// The level of a valid model that has the share `lod` of its leaves, and at least one, shown
     /// from where Cook's policy asks for as many leaves.
-    pub fn new(model: &FoliageModel, lod: f64) -> Self {
+    ///
+    /// # Errors
+    /// As [`of_leaves`](Self::of_leaves).
+    pub fn new(model: &FoliageModel, lod: f64) -> Result<Self> {
         let all = model.leaves.len() as u32;
         let leaves = ((lod * f64::from(all)).ceil() as u32).clamp(1.min(all), all);
         Self::of_leaves(model, leaves, size_px(leaves as f32 / all.max(1) as f32))
@@ -49,12 +57,14 @@ impl Level {
 
     /// The level of a valid model that has its first `leaves`, or all if it has fewer, and that is
     /// shown from a diameter on.
-    pub fn of_leaves(model: &FoliageModel, leaves: u32, size_px: f32) -> Self {
+    ///
+    /// # Errors
+    /// [`TooLarge`](crate::Error::TooLarge) for more pictures of clusters than a texture holds.
+    pub fn of_leaves(model: &FoliageModel, leaves: u32, size_px: f32) -> Result<Self> {
         let all = model.leaves.len() as u32;
         let leaves = leaves.min(all);
         let size_px = if leaves < all { size_px } else { f32::INFINITY };
-        let mut swap = Swap::new(model);
-        swap.set_active(leaves);
+        let (scales, cards) = scales(model, leaves);
         let wood = wood(model, 2.0 * model.sphere().radius as f32 * WOOD_ERROR_PX / size_px);
         let mut materials = model.materials.clone();
         if leaves < all {
@@ -65,7 +75,7 @@ impl Level {
             Plant { name: model.name.clone(), wood, materials, textures: model.textures.clone(), ..Plant::default() };
         let mut cut = 0;
         let px = size_px / (2.0 * model.sphere().radius as f32);
-        for (leaf, &scale) in model.leaves.iter().zip(&swap.scales()[..leaves as usize]) {
+        for (leaf, scale) in model.leaves.iter().zip(scales).filter(|(_, scale)| *scale > 0.0) {
             let pivot = Vec3::from(leaf.pivot);
             let scaled = |vertex: &Vertex| {
                 let position = pivot + scale * (Vec3::from(vertex.position) - pivot);
@@ -83,7 +93,10 @@ impl Level {
             }
             plant.push_leaf(&vertices, &indices, leaf.pivot, leaf.material);
         }
-        Self { plant, leaves, size_px, tiled: cut }
+        if !cards.is_empty() {
+            push_cards(&mut plant, model, &cards)?;
+        }
+        Ok(Self { plant, leaves, size_px, tiled: cut, cards: cards.len() as u32 })
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod buffer;
 mod cards;
+mod clusters;
 mod continuous;
 mod coverage;
 mod document;

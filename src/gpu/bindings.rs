@@ -118,6 +118,21 @@ pub(super) fn sliding_layout(device: &wgpu::Device, look: &Look) -> wgpu::BindGr
     layout(device, "foliage wood", &bindings)
 }
 
+/// Creates the layout of a model's cards of clusters, which takes the place of the model's.
+pub(super) fn card_layout(device: &wgpu::Device, look: &Look) -> wgpu::BindGroupLayout {
+    let (vertex, fragment) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT);
+    let storage = buffer_binding(wgpu::BufferBindingType::Storage { read_only: true });
+    let uniform = buffer_binding(wgpu::BufferBindingType::Uniform);
+    let mut bindings = vec![
+        (CROWN, vertex | fragment, uniform),
+        (EVENTS, vertex, storage),
+        (CARDS, vertex | fragment, storage),
+        (CARD_TEXELS, fragment, storage),
+    ];
+    bindings.extend(limbs(look));
+    layout(device, "foliage cards", &bindings)
+}
+
 /// Creates a layout with only the bindings of the shadow map.
 pub(super) fn map_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     layout(device, "shadow map", &MAP_BINDINGS)

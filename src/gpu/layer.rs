@@ -2,7 +2,7 @@
 //! the motion vectors.
 
 use super::{
-    bindings::{impostor_layout, sliding_layout},
+    bindings::{card_layout, impostor_layout, sliding_layout},
     buffers::{buffer, filled, grow},
     effect_buffers::EffectBuffers,
     model_buffers::{ModelBuffers, WoodVertices},
@@ -41,6 +41,8 @@ pub(super) struct Layer {
     impostor_layouts: Vec<wgpu::BindGroupLayout>,
     /// The same with the layout of wood that slides.
     sliding_layouts: Vec<wgpu::BindGroupLayout>,
+    /// The same with that of cards of clusters.
+    card_layouts: Vec<wgpu::BindGroupLayout>,
     pipelines: HashMap<Key, wgpu::RenderPipeline>,
     instances: wgpu::Buffer,
     shared: wgpu::Buffer,
@@ -75,6 +77,7 @@ impl Layer {
             sliding_layouts: std::iter::once(sliding_layout(device, &look))
                 .chain(layouts[1..].iter().cloned())
                 .collect(),
+            card_layouts: std::iter::once(card_layout(device, &look)).chain(layouts[1..].iter().cloned()).collect(),
             look,
             target,
             layouts,
@@ -215,12 +218,23 @@ impl Layer {
                 };
                 pass.draw_indexed(indices, 0, runs.clone());
             }
+            let pipeline = self.pipelines.get(&(Part::Cards, self.depth, of_cards(batch.variant)));
+            let cards = models.get(batch.model).and_then(|model| model.cards.as_ref());
+            if let Some((pipeline, cards)) = pipeline.zip(cards).filter(|_| !batch.cards.is_empty()) {
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(bindings::MODEL, cards, &[]);
+                pass.set_vertex_buffer(0, self.runs.slice(..));
+                pass.set_index_buffer(self.pattern.slice(..), wgpu::IndexFormat::Uint16);
+                pass.draw_indexed(0..RUN_INDICES, 0, batch.cards.clone());
+            }
         }
     }
 
     /// Compiles the pipelines that the frame needs and that do not exist yet.
     fn compile(&mut self, device: &wgpu::Device) {
-        let Self { layouts, impostor_layouts, sliding_layouts, target, look, list, pipelines, depth, .. } = self;
+        let Self {
+            layouts, impostor_layouts, sliding_layouts, card_layouts, target, look, list, pipelines, depth, ..
+        } = self;
         let leaves = list.batches.iter().flat_map(|batch| {
             let fading = Variant { alpha: true, ..batch.variant };
             [(batch.variant, &batch.whole), (fading, &batch.fading)]
@@ -228,10 +242,13 @@ impl Layer {
         let leaves = leaves.filter(|(_, runs)| !runs.is_empty()).map(|(variant, _)| (Part::Leaves, *depth, variant));
         let wood = list.wood.iter().map(|draw| (part_of_wood(draw), *depth, of_wood(draw.variant)));
         let impostors = list.impostors.iter().map(|draw| (of_impostor(draw), *depth, draw.variant));
-        for key @ (part, depth, variant) in leaves.chain(wood).chain(impostors) {
+        let cards = list.batches.iter().filter(|batch| !batch.cards.is_empty());
+        let cards = cards.map(|batch| (Part::Cards, *depth, of_cards(batch.variant)));
+        for key @ (part, depth, variant) in leaves.chain(wood).chain(impostors).chain(cards) {
             let layouts: &[_] = match part {
                 Part::Impostor { .. } => impostor_layouts,
                 Part::Wood { slides: true } => sliding_layouts,
+                Part::Cards => card_layouts,
                 Part::Wood { slides: false } | Part::Leaves => layouts,
             };
             let pipeline = || plant_pass::pipeline(device, layouts, *target, part, look, variant, depth);
@@ -258,6 +275,11 @@ impl Layer {
 /// Variant of the wood: only the wind and the hand-over apply to it.
 fn of_wood(variant: Variant) -> Variant {
     Variant { wind: variant.wind, handover: variant.handover, ..Variant::default() }
+}
+
+/// Variant of cards of clusters: they repeat nothing, and appear by themselves.
+fn of_cards(variant: Variant) -> Variant {
+    Variant { tiles: false, alpha: false, ..variant }
 }
 
 /// Indices of a sprite: those of the first quad of a run.

@@ -19,6 +19,8 @@ pub(super) struct ModelBuffers {
     pub(super) bindings: wgpu::BindGroup,
     pub(super) wood: Option<WoodBuffers>,
     pub(super) impostor: Option<ImpostorBuffers>,
+    /// Bind group of its cards of clusters, if it has any, which takes the place of the model's.
+    pub(super) cards: Option<wgpu::BindGroup>,
     /// Sizes in bytes of the buffers of the leaves and of the wood.
     bytes: [u64; 2],
     /// Size in bytes of the texture of the limbs.
@@ -49,7 +51,7 @@ impl ModelBuffers {
     pub(super) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        [layout, sliding_layout]: &[wgpu::BindGroupLayout; 2],
+        [layout, sliding_layout, card_layout]: &[wgpu::BindGroupLayout; 3],
         sampler: &wgpu::Sampler,
         model: &FoliageModel,
         packed: &Packed,
@@ -71,26 +73,41 @@ impl ModelBuffers {
         ];
         let textures = layers.upload(device, queue);
         let limbs = packed.limbs.as_ref().map(|limbs| limb_texture(device, queue, limbs));
-        let group = |label, layout, buffers: &[&(u32, wgpu::Buffer)]| {
-            let of_buffers = buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding()));
-            let resources = [
-                (TEXTURES, wgpu::BindingResource::TextureView(&textures)),
-                (SAMPLER, wgpu::BindingResource::Sampler(sampler)),
-            ];
-            let limbs = limbs.iter().map(|view| (LIMBS, wgpu::BindingResource::TextureView(view)));
-            let entries = of_buffers.chain(resources).chain(limbs);
-            let entries: Vec<_> =
-                entries.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-            device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
-        };
-        let bindings = group("foliage model", layout, &buffers.iter().collect::<Vec<_>>());
+        let resources = [
+            (TEXTURES, wgpu::BindingResource::TextureView(&textures)),
+            (SAMPLER, wgpu::BindingResource::Sampler(sampler)),
+        ];
+        let group =
+            |label, layout, buffers: &[&(u32, wgpu::Buffer)], resources: &[(u32, wgpu::BindingResource<'_>)]| {
+                let of_buffers = buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding()));
+                let resources = resources.iter().cloned();
+                let limbs = limbs.iter().map(|view| (LIMBS, wgpu::BindingResource::TextureView(view)));
+                let entries = of_buffers.chain(resources).chain(limbs);
+                let entries: Vec<_> =
+                    entries.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+                device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+            };
+        let bindings = group("foliage model", layout, &buffers.iter().collect::<Vec<_>>(), &resources);
         let slides = |wood: &[(u32, wgpu::Buffer); 2]| {
             let shared = buffers.iter().filter(|(binding, _)| [CROWN, MATERIALS, PACKING, LOOKS].contains(binding));
-            group("foliage wood", sliding_layout, &shared.chain(wood).collect::<Vec<_>>())
+            group("foliage wood", sliding_layout, &shared.chain(wood).collect::<Vec<_>>(), &resources)
         };
+        let cards = (!packed.cards.records.is_empty()).then(|| {
+            let cards = (CARDS, fill.storage("cards of clusters", &packed.cards.records)?);
+            let texels = (CARD_TEXELS, fill.storage("pictures of clusters", &packed.cards.texels)?);
+            let shared = buffers.iter().filter(|(binding, _)| [CROWN, EVENTS].contains(binding));
+            Ok(group("foliage cards", card_layout, &shared.chain([&cards, &texels]).collect::<Vec<_>>(), &[]))
+        });
         let wood = wood(&fill, packed, slides)?;
         let limb_bytes = packed.limbs.as_ref().map_or(0, |limbs| size_of_val(&limbs.0[..]) as u64);
-        Ok(Self { bindings, wood, impostor: None, bytes: packed.bytes(materials.len()), limb_bytes })
+        Ok(Self {
+            bindings,
+            wood,
+            impostor: None,
+            cards: cards.transpose()?,
+            bytes: packed.bytes(materials.len()),
+            limb_bytes,
+        })
     }
 
     /// Size in bytes of the impostor's pages.

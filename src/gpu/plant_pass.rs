@@ -25,6 +25,8 @@ use crate::{
 pub(super) enum Part {
     /// Runs of leaves.
     Leaves,
+    /// Runs of cards of clusters.
+    Cards,
     /// Trunk and branches.
     Wood {
         /// Whether their vertices slide.
@@ -62,6 +64,15 @@ pub(super) fn pipeline(
         (Part::Leaves, Target::Motion(..)) => {
             ("leaf_pass", shaders::leaf_motion(look, variant), ["leaf_motion", "motion"])
         }
+        (Part::Cards, Target::Picture(..)) => {
+            ("card_pass", shaders::card_pass(look, variant), ["card_corner", "card_color"])
+        }
+        (Part::Cards, Target::Shadow) => {
+            ("card_pass", shaders::card_shadow(look, variant), ["card_corner", "cast_card"])
+        }
+        (Part::Cards, Target::Motion(..)) => {
+            ("card_pass", shaders::card_motion(look, variant), ["card_motion", "card_moved"])
+        }
         (Part::Wood { slides }, Target::Picture(..)) => {
             ("wood_pass", shaders::wood_pass(look, variant, slides), ["wood_corner", "wood_color"])
         }
@@ -86,7 +97,7 @@ pub(super) fn pipeline(
         vec![Some(wgpu::VertexBufferLayout { array_stride: stride as u64, step_mode, attributes })]
     };
     let vertex_buffers = match part {
-        Part::Leaves => vertices(size_of::<Run>(), wgpu::VertexStepMode::Instance, &RUN[..]),
+        Part::Leaves | Part::Cards => vertices(size_of::<Run>(), wgpu::VertexStepMode::Instance, &RUN[..]),
         Part::Wood { slides: false } => vertices(size_of::<PackedWood>(), wgpu::VertexStepMode::Vertex, &WOOD[..]),
         Part::Wood { slides: true } | Part::Impostor { .. } => Vec::new(),
     };
@@ -104,7 +115,7 @@ pub(super) fn pipeline(
 /// Colouring of a part: of diagnostic ones, wood and impostors know few.
 fn coloring(part: Part, look: &Look) -> Coloring {
     match (part, look.coloring) {
-        (Part::Leaves, coloring) | (Part::Impostor { .. }, coloring @ Coloring::Parts) => coloring,
+        (Part::Leaves | Part::Cards, coloring) | (Part::Impostor { .. }, coloring @ Coloring::Parts) => coloring,
         _ => Coloring::Picture,
     }
 }

@@ -20,7 +20,7 @@
 //! slightly wrong under non-uniform scaling.
 
 use super::{
-    bindings::{impostor_layout, layouts, map_layout, sampler, sliding_layout},
+    bindings::{card_layout, impostor_layout, layouts, map_layout, sampler, sliding_layout},
     buffers::{buffer, grow},
     device::check_device,
     diagnostics::Diagnostics,
@@ -39,6 +39,7 @@ use super::{
 use crate::{
     Depth, Error, Result,
     draw::{
+        cards::PackedCards,
         eye::Eye,
         facts::{Facts, ModelFacts},
         instance::{Frame, Instance, LiveCounts, ModelId, Prepared, ScalesId},
@@ -74,8 +75,8 @@ pub struct FoliageRenderer {
     landscape_motion: Option<LandscapeMotion>,
     /// Present if there is ground with heights.
     ground: Option<GroundPass>,
-    /// Of a model, and of wood that slides.
-    model_layouts: [wgpu::BindGroupLayout; 2],
+    /// Of a model, of wood that slides, and of cards of clusters.
+    model_layouts: [wgpu::BindGroupLayout; 3],
     /// Present if the look hands plants over to impostors.
     impostor_layout: Option<wgpu::BindGroupLayout>,
     /// Present if impostors are made while plants are drawn.
@@ -111,7 +112,7 @@ impl FoliageRenderer {
         let scales = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         Ok(Self {
             landscape: look.landscape().map(|_| LandscapePass::new(device, target, &look, map_layout.as_ref())),
-            model_layouts: [layouts[0].clone(), sliding_layout(device, &look)],
+            model_layouts: [layouts[0].clone(), sliding_layout(device, &look), card_layout(device, &look)],
             impostor_layout: look.far.map(|_| impostor_layout(device)),
             live: None,
             picture: Layer::new(device, Target::Picture(target), look, layouts, map),
@@ -227,10 +228,11 @@ impl FoliageRenderer {
         let mean = if look.tones(&model.growth) { mean_leaf_color(model, &look.lighting())? } else { [0.0; 3] };
         let mut upload = Upload::sliding(model);
         upload.crown.mean = mean;
+        upload.hide_behind_cards(model);
         let limbs = limbs_of(model, look, model.sphere().center());
         let facts = ModelFacts::new(model, &upload, mean).with_limbs(limbs.as_ref());
         let limbs = look.effects.wind.map(|_| limb_texels(limbs.as_ref()));
-        let packed = Packed { limbs, ..Packed::new(upload) };
+        let packed = Packed { limbs, cards: PackedCards::new(model), ..Packed::new(upload) };
         let mut buffers = ModelBuffers::new(device, queue, &self.model_layouts, &self.sampler, model, &packed)?;
         if let (Some(layout), Some(impostor)) = (&self.impostor_layout, &model.impostor) {
             let (framing, center) = (impostor.framing(), model.sphere().center());

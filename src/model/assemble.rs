@@ -1,7 +1,7 @@
 //! Builds a model from the steps of a simplification: sorts the leaves into drawing order and
 //! renumbers their targets to match.
 
-use super::{FoliageModel, Growth, Leaf, NO_LEAF, Precision, Recipe};
+use super::{Clusters, FoliageModel, Growth, Leaf, NO_LEAF, Precision, Recipe};
 use crate::{
     Error, Plant, Result,
     leaf::{LeafGeometry, Vertex},
@@ -53,6 +53,7 @@ impl FoliageModel {
             impostor: None,
             wood_order: None,
             curve: None,
+            clusters: Clusters::default(),
         };
         if let Some(survivor) = rank.iter().position(|&rank| rank == 0) {
             model.push(plant, survivor, NO_LEAF, 1.0, 0.0);

@@ -7,6 +7,7 @@
 //! of any leaf at any active count without keeping state.
 
 mod assemble;
+mod clusters;
 mod copies;
 mod curve;
 pub(crate) mod format;
@@ -21,6 +22,7 @@ mod timeline;
 mod validate;
 
 pub use assemble::Prune;
+pub use clusters::{ClusterCard, Clusters, EMPTY, PICTURE_SIDES, ShownCluster};
 pub use copies::{LeafCopy, Turn};
 pub use curve::{CurveCorner, ErrorCurve};
 pub use format::{MAGIC, MAX_FILE_BYTES, ModelFile, Part, VERSION};
@@ -129,6 +131,9 @@ pub struct Recipe {
 /// 15. The impostor's sizes are within their limits, and its pages are as long as they say.
 /// 16. The order of the wood is [valid](WoodOrder::validate) for it.
 /// 17. The error curve is sound: see [`ErrorCurve`].
+/// 18. Cards of clusters are in order, each begins with the removal of a leaf that its own stands
+///     for, and has fewer than 255 events; their numbers are in range, and there are as many texels
+///     as they say.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FoliageModel {
     /// The plant, its leaves in drawing order, each with its swap record. Its fields and methods
@@ -154,6 +159,9 @@ pub struct FoliageModel {
     /// How wrong the plant looks with fewer leaves, if it was
     /// [measured](crate::simplify::error_curve).
     pub curve: Option<ErrorCurve>,
+    /// Cards with pictures of the leaves that one stands for; drawers that do not know them enlarge
+    /// the leaf instead.
+    pub clusters: Clusters,
 }
 
 impl Deref for FoliageModel {
@@ -237,7 +245,9 @@ impl FoliageModel {
             let at_scales = vertices.iter().flat_map(move |v| [v.position, scaled(v.position, leaf.pivot, scale)]);
             std::iter::once(leaf.pivot).chain(at_scales)
         });
-        leaves.chain(self.wood.vertices.iter().map(|vertex| vertex.position))
+        let cards = (0..self.clusters.cards().len()).flat_map(|card| self.clusters.corners(card));
+        let fixed = cards.chain(&self.wood.vertices).map(|vertex| vertex.position);
+        leaves.chain(fixed)
     }
 }
 

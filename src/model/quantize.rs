@@ -12,7 +12,7 @@
 //! colours beyond 1,000.
 
 use super::{
-    FoliageModel, Precision, format,
+    Clusters, FoliageModel, Precision, format,
     grid::{self, EXPONENTS, exponent_below},
     octahedral::{self, NORMAL_BITS},
     shapes::{self, Shared},
@@ -29,6 +29,8 @@ const SMALLEST: usize = 20;
 const TOO_FAR: f32 = 1e30;
 /// Texture coordinates: half a step is a quarter of a texel of the largest texture.
 const UV_EXPONENT: i16 = -14;
+/// What cards of clusters keep of their colours.
+const CARD_EXPONENT: i16 = -8;
 /// Linear colours: finer than a byte, for dark colours. Alpha stays exact: cutoffs decide by it.
 const COLOR_EXPONENT: i16 = -10;
 /// Texture coordinates and colours up to this size are whole multiples of their steps.
@@ -47,6 +49,7 @@ impl FoliageModel {
         let exact = self.vertices.clone();
         let pivots: Vec<[f32; 3]> = self.leaves.iter().map(|leaf| leaf.pivot).collect();
         let exponent = self.quantize_positions();
+        self.quantize_cards(exponent);
         self.precision = Precision {
             position: exponent.map_or(0.0, |exponent| (0.5 * grid::power(exponent)) as f32),
             normal_rad: self.quantize_normals().unwrap_or(0.0),
@@ -126,6 +129,22 @@ impl FoliageModel {
             vertex.normal = octahedral::decode(octahedral::encode(vertex.normal, NORMAL_BITS), NORMAL_BITS);
         }
         Some(octahedral::largest_error(NORMAL_BITS))
+    }
+
+    /// Rounds cards of clusters: places like those of leaves, and the rest to a byte.
+    fn quantize_cards(&mut self, exponent: Option<i16>) {
+        let snap = |x: f32, exponent| grid::value(grid::code(x, exponent), exponent);
+        let mut cards = self.clusters.cards().to_vec();
+        for card in &mut cards {
+            if let Some(exponent) = exponent {
+                card.center = card.center.map(|x| snap(x, exponent));
+                card.half_sides = card.half_sides.map(|side| side.map(|x| snap(x, exponent)));
+            }
+            card.normal = octahedral::decode(octahedral::encode(card.normal, NORMAL_BITS), NORMAL_BITS);
+            card.kept = snap(card.kept, CARD_EXPONENT);
+            card.color = card.color.map(|x| if x <= LARGEST { snap(x, COLOR_EXPONENT) } else { x });
+        }
+        self.clusters = Clusters::new(cards, self.clusters.texels().to_vec());
     }
 
     /// Rounds texture coordinates, and the rectangles of outlines alike.

@@ -20,6 +20,7 @@ pub struct Timeline {
     starts: Vec<u32>,
     events: Vec<u32>,
     scales: Vec<f32>,
+    has_cards: bool,
 }
 
 impl Timeline {
@@ -41,7 +42,25 @@ impl Timeline {
             (events[at], scales[at]) = (i as u32, scale);
             next[target] += 1;
         }
-        Self { starts, events, scales }
+        Self { starts, events, scales, has_cards: false }
+    }
+
+    /// As [`new`](Self::new), but a leaf whose place a [card](super::Clusters) takes has scale 0
+    /// there: for drawers that draw the cards too.
+    pub fn with_cards(model: &FoliageModel) -> Self {
+        let mut timeline = Self::new(model);
+        for (number, card) in model.clusters.cards().iter().enumerate() {
+            let events = model.clusters.events(number, &timeline);
+            debug_assert_eq!(timeline.events[events.end - 1], card.first);
+            timeline.scales[events].fill(0.0);
+        }
+        timeline.has_cards = true;
+        timeline
+    }
+
+    /// Whether this is a timeline [`with_cards`](Self::with_cards), which are to be drawn.
+    pub fn has_cards(&self) -> bool {
+        self.has_cards
     }
 
     /// Number of leaves.

@@ -26,7 +26,8 @@ impl FoliageModel {
         check(14, (0.0..=Growth::MAX_TONE).contains(&tone), || format!("tone is {tone}"))?;
         self.impostor.as_ref().map_or(Ok(()), super::Impostor::check)?;
         self.wood_order.as_ref().map_or(Ok(()), |order| order.check(&self.wood))?;
-        self.curve.as_ref().map_or(Ok(()), |curve| curve.check(self.leaves.len()))
+        self.curve.as_ref().map_or(Ok(()), |curve| curve.check(self.leaves.len()))?;
+        self.clusters.check(self)
     }
 
     fn check_first_leaf(&self) -> Checked {

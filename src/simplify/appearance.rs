@@ -121,7 +121,7 @@ impl Appearance {
     /// # Errors
     /// [`Unreadable`](crate::Error::Unreadable) if a texture cannot be decoded.
     pub fn image(plant: &Plant, views: &ViewSet) -> Result<Self> {
-        let sampler = Sampler::new(plant, views.center())?;
+        let sampler = Sampler::new(&plant.materials, &plant.textures, views.center())?;
         let leaves: Vec<Surface> = plant
             .leaves
             .iter()
@@ -170,19 +170,19 @@ impl Appearance {
 
 /// Area-weighted properties of a surface.
 #[derive(Debug, Clone, Copy, Default)]
-struct Surface {
-    area: f64,
+pub(super) struct Surface {
+    pub(super) area: f64,
     /// Mean position relative to the centre of the views, which keeps precision far from the
     /// origin.
-    center: DVec3,
+    pub(super) center: DVec3,
     /// Mean linear colour.
-    albedo: Vec3,
-    normal: Vec3,
+    pub(super) albedo: Vec3,
+    pub(super) normal: Vec3,
 }
 
 impl Surface {
     /// Combines two surfaces.
-    fn joined(self, other: Self) -> Self {
+    pub(super) fn joined(self, other: Self) -> Self {
         let area = self.area + other.area;
         let share = if area > 0.0 { (other.area / area) as f32 } else { 1.0 };
         Self {
@@ -205,7 +205,7 @@ impl Surface {
 }
 
 /// Materials with their decoded textures.
-struct Sampler<'a> {
+pub(super) struct Sampler<'a> {
     materials: &'a [Material],
     textures: Vec<Option<Pixels>>,
     /// Linear value of each sRGB byte.
@@ -215,18 +215,18 @@ struct Sampler<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    fn new(plant: &'a Plant, origin: DVec3) -> Result<Self> {
-        let used = |index: usize| plant.materials.iter().any(|material| material.texture == Some(index as u32));
+    pub(super) fn new(materials: &'a [Material], textures: &[Texture], origin: DVec3) -> Result<Self> {
+        let used = |index: usize| materials.iter().any(|material| material.texture == Some(index as u32));
         let decode = |(index, texture): (usize, &Texture)| used(index).then(|| texture.decode()).transpose();
         Ok(Self {
-            materials: &plant.materials,
-            textures: plant.textures.iter().enumerate().map(decode).collect::<Result<_>>()?,
+            materials,
+            textures: textures.iter().enumerate().map(decode).collect::<Result<_>>()?,
             decoded: linear_bytes(),
             origin,
         })
     }
 
-    fn surface(&self, vertices: &[Vertex], indices: &[u32], material: u32) -> Surface {
+    pub(super) fn surface(&self, vertices: &[Vertex], indices: &[u32], material: u32) -> Surface {
         let material = &self.materials[material as usize];
         let triangles = indices
             .chunks_exact(3)
@@ -256,7 +256,7 @@ impl<'a> Sampler<'a> {
     }
 
     /// Linear colour and alpha of the nearest texel; opaque white if there is no texture.
-    fn texel(&self, material: &Material, uv: Vec2) -> (Vec3, f32) {
+    pub(super) fn texel(&self, material: &Material, uv: Vec2) -> (Vec3, f32) {
         let Some(pixels) = material.texture.and_then(|texture| self.textures[texture as usize].as_ref()) else {
             return (Vec3::ONE, 1.0);
         };
@@ -353,7 +353,7 @@ mod tests {
             vertex.uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]][i % 3];
             vertex.color = [1.0; 4];
         }
-        let sampler = Sampler::new(&plant, DVec3::ZERO).unwrap();
+        let sampler = Sampler::new(&plant.materials, &plant.textures, DVec3::ZERO).unwrap();
         assert_eq!(sampler.surface(&plant.vertices, &plant.indices[..3], 0).albedo, Vec3::new(1.0, 0.0, 0.0));
     }
 }

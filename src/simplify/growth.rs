@@ -25,7 +25,7 @@ const LEAST_TILED: f64 = 0.5;
 
 /// Whether a trial tells how leaves grow, of which a share can by tiling.
 pub fn needs_trial(grow_by: GrowBy, tileable: f64) -> bool {
-    grow_by == GrowBy::Auto && tileable >= LEAST_TILED
+    matches!(grow_by, GrowBy::Auto | GrowBy::Picture) && tileable >= LEAST_TILED
 }
 
 /// Whether leaves grow by tiling, of which a share can.
@@ -33,7 +33,7 @@ pub fn tiles(grow_by: GrowBy, tileable: f64, trial: Option<&Trial>) -> bool {
     match grow_by {
         GrowBy::Scale => false,
         GrowBy::Tile => tileable > 0.0,
-        GrowBy::Auto => trial.is_some_and(favors_tiles),
+        GrowBy::Auto | GrowBy::Picture => trial.is_some_and(favors_tiles),
     }
 }
 

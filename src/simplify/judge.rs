@@ -297,8 +297,9 @@ impl Judge {
         let mut gain = Gain::default();
         for [x, y] in self.shown.iter().map(|at| at.map(i64::from)) {
             let pixel = on.pixel(x, y);
-            let stays_front =
-                |depth: u32| StoredDepth::new(depth) <= on.front(x, y).1 || on.layers.stays_front(pixel, depth, target);
+            let stays_front = |depth: u32| {
+                StoredDepth::new(depth) <= on.front(x, y).1 || on.layers.is_before(pixel, 1, depth, target)
+            };
             let shows = self.triangles.iter().any(|triangle| {
                 triangle.area.covers(x, y)
                     && stays_front(triangle.depth.depth(x, y))

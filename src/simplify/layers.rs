@@ -162,9 +162,15 @@ impl Layers {
         (!self.reference.is_empty()).then(|| self.reference.iter().copied().zip(self.fronts()))
     }
 
-    /// Whether `leaf`, which is frontmost at pixel `index`, would stay so at `depth`.
-    pub fn stays_front(&self, index: u32, depth: u32, leaf: u32) -> bool {
-        Fragment::new(depth, leaf) < self.nearest(index, 1)
+    /// Whether `leaf` at `depth` is nearer than the frontmost fragment of a pixel for `place` 0,
+    /// than the one behind it for 1.
+    pub fn is_before(&self, index: u32, place: u32, depth: u32, leaf: u32) -> bool {
+        Fragment::new(depth, leaf) < self.nearest(index, place)
+    }
+
+    /// Frontmost polygon of a pixel.
+    pub fn front(&self, index: u32) -> u32 {
+        self.pixels.get(index).pair[0]
     }
 
     /// Polygon directly behind the frontmost one of a pixel.

@@ -66,6 +66,10 @@ pub enum GrowBy {
     /// views worse for it; not in sparse crowns, where tiles show as a grid.
     #[default]
     Auto,
+    /// As `Auto`; where leaves stand for four or more and the views show that it pays, the leaf
+    /// becomes a card with a [picture](crate::model::Clusters) of them. Worth it in sparse crowns;
+    /// drawn by this crate's renderers, while exports and engines enlarge the leaf.
+    Picture,
 }
 
 /// Options of a simplification.

@@ -3,7 +3,7 @@
 /// Receives the progress of a simplification and may stop it.
 pub trait Observer: Send {
     /// Called when a phase of `total` units begins: `"growth"` (leaves of the trial), `"fragments"`
-    /// (views) or `"prune"` (leaves).
+    /// (views), `"prune"` (leaves) or `"clusters"` (levels of detail).
     fn phase(&mut self, name: &str, total: u64);
 
     /// Called when `done` units of the phase are done. Returning false stops with
@@ -25,7 +25,7 @@ impl Observer for Quiet {
 /// Wall-clock seconds of each phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Seconds {
-    /// Finding out, in a trial, how leaves grow.
+    /// Finding out how leaves grow, in a trial, and which become cards of clusters.
     pub growth: f64,
     /// Rasterising all views and sorting their fragments.
     pub fragments: f64,

@@ -2,11 +2,12 @@
 
 use super::{
     capture::cover_views,
+    cards,
     fragments::FragmentSource,
     growth,
     masks::Masks,
     memory,
-    options::SimplifyOptions,
+    options::{GrowBy, SimplifyOptions},
     progress::{Observer, Seconds},
     shapes::Shapes,
     trial::{self, Trial},
@@ -71,6 +72,11 @@ pub fn simplify(
     if options.tone {
         model.growth.tone = growth::tone(leaf_layers);
     }
+    let started = Instant::now();
+    if options.grow_by == GrowBy::Picture {
+        model.clusters = threads(options)?.install(|| cards::chosen(&model, options, source, observer))?;
+    }
+    let seconds = Seconds { growth: seconds.growth + started.elapsed().as_secs_f64(), ..seconds };
     Ok(Simplified { model, fragments, leaf_layers, trial, seconds })
 }
 
@@ -113,11 +119,14 @@ fn in_pool(
     observer: &mut dyn Observer,
 ) -> Result<(Done, Option<Trial>)> {
     memory::check(plant, options)?;
+    threads(options)?.install(|| run(plant, options, source, observer))
+}
+
+fn threads(options: &SimplifyOptions) -> Result<rayon::ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
-    let pool = pool.map_err(|error| {
+    pool.map_err(|error| {
         Error::invalid("threads", options.threads, format!("a number of threads that the system grants ({error})"))
-    })?;
-    pool.install(|| run(plant, options, source, observer))
+    })
 }
 
 fn run(

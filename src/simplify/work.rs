@@ -201,7 +201,7 @@ impl<'a> Work<'a> {
 /// `None` if unused.
 fn appearances(plant: &Plant, options: &SimplifyOptions, views: &ViewSet) -> Result<[Option<Arc<Appearance>>; 3]> {
     let by_image = options.criterion == options::Criterion::Image;
-    let is_tried = options.grow_by == GrowBy::Auto;
+    let is_tried = matches!(options.grow_by, GrowBy::Auto | GrowBy::Picture);
     let image = match by_image || is_tried || options.compensate == Compensate::Image {
         true => Some(Arc::new(Appearance::image(plant, views)?)),
         false => None,

@@ -1,6 +1,9 @@
 //! Alpha test of a triangle, sample by sample, and the outline of its picture on the screen.
 
-use super::samples::{SAMPLES, indices, sample_px};
+use super::{
+    list::Picture,
+    samples::{SAMPLES, indices, sample_px},
+};
 use crate::{
     draw::mips::Mips,
     plant::{OUTLINE_CORNERS, Outline, Tiling},
@@ -33,15 +36,26 @@ const THRESHOLD_STEP: u32 = 7;
 /// threshold of its own, in an order that differs between leaves, so that what one leaf leaves
 /// open is not what the leaf behind it leaves open.
 pub(super) struct AlphaTest<'a> {
-    pub(super) mips: &'a Mips,
-    pub(super) level: u8,
+    pub(super) cutout: Cutout<'a>,
     pub(super) is_orthographic: bool,
-    pub(super) cutoff: f32,
-    /// Threshold of sample 0 in sixteenths, rounded down.
-    pub(super) first_threshold: u32,
-    pub(super) tiling: Option<Tiling>,
     pub(super) u: Plane,
     pub(super) v: Plane,
+}
+
+/// What a triangle is cut out by.
+#[derive(Clone, Copy)]
+pub(super) enum Cutout<'a> {
+    /// The alpha of a texture.
+    Texture {
+        mips: &'a Mips,
+        level: u8,
+        cutoff: f32,
+        /// Threshold of sample 0 in sixteenths, rounded down.
+        first_threshold: u32,
+        tiling: Option<Tiling>,
+    },
+    /// The picture of a cluster. A texel shows or does not, so that samples alone keep coverage.
+    Picture(Picture<'a>),
 }
 
 impl AlphaTest<'_> {
@@ -52,9 +66,14 @@ impl AlphaTest<'_> {
     pub(super) fn passes(&self, depth: &Plane, at: [i64; 2], sample: usize) -> bool {
         let [x, y] = sample_px(at, sample);
         let w = if self.is_orthographic { 1.0 } else { 1.0 / depth.at(x, y) };
-        let threshold = if self.level == 0 { self.cutoff } else { self.threshold(sample) };
-        let uv = shown([self.u.at(x, y) * w, self.v.at(x, y) * w], self.tiling);
-        self.mips.alpha(self.level, uv) >= threshold
+        let uv = [self.u.at(x, y) * w, self.v.at(x, y) * w];
+        match self.cutout {
+            Cutout::Texture { mips, level, cutoff, first_threshold, tiling } => {
+                let threshold = if level == 0 { cutoff } else { threshold(first_threshold, sample) };
+                mips.alpha(level, shown(uv, tiling)) >= threshold
+            }
+            Cutout::Picture(picture) => picture.covers(uv),
+        }
     }
 
     /// The outline of the triangle's texture, on the screen.
@@ -73,11 +92,11 @@ impl AlphaTest<'_> {
         }
         trim
     }
+}
 
-    fn threshold(&self, sample: usize) -> f32 {
-        let rank = (self.first_threshold + THRESHOLD_STEP * sample as u32) % SAMPLES as u32;
-        (rank as f32 + 0.5) / SAMPLES as f32
-    }
+fn threshold(first: u32, sample: usize) -> f32 {
+    let rank = (first + THRESHOLD_STEP * sample as u32) % SAMPLES as u32;
+    (rank as f32 + 0.5) / SAMPLES as f32
 }
 
 /// Most edges of an outline.

@@ -7,7 +7,7 @@ use crate::{
     draw::{light::Lighting, seed::seeds, tint::Tint},
     effects::{FadeBy, Limbs, wind::Sway},
     leaf::{LeafGeometry, Vertex},
-    model::{FoliageModel, Leaf, Timeline, Transition},
+    model::{Clusters, FoliageModel, Leaf, ShownCluster, Timeline, Transition},
     plant::{Outline, Outlines, Tiles, Wood, WoodPart},
 };
 use glam::{DAffine3, DVec3, Vec3};
@@ -42,6 +42,30 @@ pub struct Part<'a> {
     /// Of each vertex of a ribbon, [`Slid::across`](crate::wood::Slid::across); 0 for others. Empty
     /// if there are no ribbons.
     pub across: &'a [Vec3],
+    /// What the part shows in place of its material, if it is the card of a cluster.
+    pub picture: Option<Picture<'a>>,
+}
+
+/// The picture of a cluster of leaves, at some active count.
+#[derive(Debug, Clone, Copy)]
+pub struct Picture<'a> {
+    /// The model's cards.
+    pub clusters: &'a Clusters,
+    /// Number of the card.
+    pub card: usize,
+    /// What shows of it.
+    pub shown: ShownCluster,
+}
+
+impl Picture<'_> {
+    pub(super) fn covers(&self, uv: [f32; 2]) -> bool {
+        self.clusters.covers(self.card, &self.shown, uv)
+    }
+
+    /// Share of its shaded colour's distance from the plant's mean that it keeps with tone.
+    pub(super) fn kept(&self) -> f32 {
+        self.clusters.cards()[self.card].kept
+    }
 }
 
 impl<'a> Part<'a> {
@@ -61,6 +85,7 @@ impl<'a> Part<'a> {
             tiles: None,
             widened: &[],
             across: &[],
+            picture: None,
         }
     }
 
@@ -115,6 +140,7 @@ impl<'a> DrawList<'a> {
                 tiles: None,
                 widened: &[],
                 across: &[],
+                picture: None,
             };
             list.add_leaf(part, leaf, &outlines);
         }
@@ -123,7 +149,11 @@ impl<'a> DrawList<'a> {
 
     /// A model's wood and its first `active_count` leaves, each at its drawn scale for that count.
     pub fn of_model(model: &'a FoliageModel, active_count: usize) -> Self {
-        Self::of_scaled(model, drawn_scales(model, active_count))
+        if model.clusters.cards().is_empty() {
+            return Self::of_scaled(model, drawn_scales(model, active_count));
+        }
+        let transition = Transition::new(active_count as f64, 1.0, model.leaves.len() as u32);
+        Self::between(model, &Timeline::with_cards(model), &transition)
     }
 
     /// Same as [`of_model`](Self::of_model) for a fractional active count: the leaves in transition
@@ -132,7 +162,8 @@ impl<'a> DrawList<'a> {
         Self::of_drawn(model, timeline, &Drawn { transition: *transition, by: FadeBy::Size, leaf_scale: 1.0 })
     }
 
-    /// A model's wood and the leaves that `drawn` selects. `timeline` must be built from `model`.
+    /// A model's wood and the leaves that `drawn` selects, with the cards of clusters if the
+    /// timeline [has them](Timeline::has_cards). `timeline` must be built from `model`.
     pub fn of_drawn(model: &'a FoliageModel, timeline: &Timeline, drawn: &Drawn) -> Self {
         let mut list = Self::of_wood(&model.wood, &model.vertices);
         let leaves = drawn.transition.drawn().min(timeline.leaves());
@@ -142,10 +173,34 @@ impl<'a> DrawList<'a> {
                 FadeBy::Size => (timeline.scale_at(number, &drawn.transition), 1.0),
                 FadeBy::Alpha => (timeline.full_scale_at(number, &drawn.transition), drawn.transition.presence(number)),
             };
+            if scale == 0.0 {
+                continue;
+            }
             let part = part_of_leaf(model, number, leaf, scale * drawn.leaf_scale);
             list.add_leaf(Part { share, seed, ..part }, &leaf.geometry(), &outlines);
         }
+        if timeline.has_cards() {
+            list.add_cards(model, timeline, drawn);
+        }
         list
+    }
+
+    /// Adds the cards of clusters that show.
+    fn add_cards(&mut self, model: &'a FoliageModel, timeline: &Timeline, drawn: &Drawn) {
+        let clusters = &model.clusters;
+        for (number, card) in clusters.cards().iter().enumerate() {
+            let Some(shown) = clusters.shown(number, timeline, &drawn.transition) else { continue };
+            let picture = Picture { clusters, card: number, shown };
+            // Of no material.
+            let of_card = Part::of_wood(clusters.corners(number), &[0, 1, 2, 0, 2, 3], u32::MAX);
+            self.parts.push(Part {
+                pivot: card.center,
+                scale: drawn.leaf_scale,
+                leaf: Some(card.leaf),
+                picture: Some(picture),
+                ..of_card
+            });
+        }
     }
 
     fn of_scaled(model: &'a FoliageModel, scales: impl IntoIterator<Item = f32>) -> Self {
@@ -194,6 +249,7 @@ fn part_of_leaf<'a>(model: &'a FoliageModel, number: u32, leaf: &Leaf, scale: f3
         tiles: model.tiles(leaf),
         widened: &[],
         across: &[],
+        picture: None,
     }
 }
 

@@ -2,7 +2,7 @@
 //! projection, clipping by the near and far planes.
 
 use super::{
-    list::{Part, Placed},
+    list::{Part, Picture, Placed},
     options::DrawOptions,
     riders::Riders,
     samples::SAMPLES,
@@ -69,6 +69,8 @@ pub(super) struct ScreenTriangle<'a> {
     pub(super) outline: Option<&'a Outline>,
     /// The pictures that it shows, if there are several.
     pub(super) tiling: Option<Tiling>,
+    /// The picture of a cluster that it shows, in place of its material.
+    pub(super) picture: Option<Picture<'a>>,
 }
 
 /// Clipped triangles of all plants, on the screen.
@@ -168,7 +170,10 @@ impl<'a> Projector<'a> {
 
     fn part(&mut self, part: &Part<'a>, mips: Option<&Mips>) {
         self.seed = part.leaf.map(|_| part.seed);
-        self.kept = self.toning.map_or(1.0, |toning| toning.kept_at(part.scale));
+        self.kept = self.toning.map_or(1.0, |toning| match part.picture {
+            Some(picture) if toning.tone > 0.0 => picture.kept(),
+            _ => toning.kept_at(part.scale),
+        });
         for triangle in part.indices.chunks_exact(3) {
             let point = |i: usize| {
                 let index = triangle[i] as usize;
@@ -325,6 +330,7 @@ impl<'a> Projector<'a> {
             nearest,
             outline: if tiling.is_none() { at_level(part.outlines, level) } else { None },
             tiling,
+            picture: part.picture,
         });
     }
 

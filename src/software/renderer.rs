@@ -139,7 +139,7 @@ impl<'a> SoftwareRenderer<'a> {
             false => [0.0; 3],
         };
         let first_material = self.painter.add(&model.materials, &model.textures)?;
-        let (timeline, mut shape) = (Timeline::new(model), Shape::new(&model.aabb()));
+        let (timeline, mut shape) = (Timeline::with_cards(model), Shape::new(&model.aabb()));
         let limbs = limbs_of(model, &self.look, DVec3::ZERO);
         shape.limbs = limbs.as_ref().map(Limbs::reach);
         let center = model.sphere().center();
@@ -332,7 +332,9 @@ impl<'a> SoftwareRenderer<'a> {
                 let drawn = Drawn { transition, by, leaf_scale: instance.leaf_scale };
                 let mut list = DrawList::of_drawn(model.model, &model.timeline, &drawn);
                 list.parts.retain(|part| part.leaf.is_some() || model.wood.is_none());
-                list.parts.iter_mut().for_each(|part| part.material += model.first_material);
+                list.parts
+                    .iter_mut()
+                    .for_each(|part| part.material = part.material.saturating_add(model.first_material));
                 list
             });
         }

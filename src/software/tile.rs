@@ -7,7 +7,7 @@
 //! samples.
 
 use super::{
-    alpha_test::{AlphaTest, Plane, shown},
+    alpha_test::{AlphaTest, Cutout, Plane, shown},
     ground::PlacedGround,
     light::Light,
     project::{GROUND, Projected, ScreenTriangle},
@@ -183,17 +183,20 @@ impl Tile {
         Plane { at_origin: va - dx * a[0] - dy * a[1], per_px: [dx, dy] }
     }
 
-    fn alpha_test<'a>(&self, triangle: &ScreenTriangle<'_>, scene: &Scene<'a>) -> Option<AlphaTest<'a>> {
-        let material = scene.materials.get(triangle.material as usize)?;
-        let cutoff = material.texture_cutoff()?;
+    fn cutout<'a>(triangle: &ScreenTriangle<'a>, scene: &Scene<'a>) -> Option<Cutout<'a>> {
+        if let Some(picture) = triangle.picture {
+            return Some(Cutout::Picture(picture));
+        }
+        let cutoff = scene.materials.get(triangle.material as usize)?.texture_cutoff()?;
         let mips = scene.mips.get(triangle.material as usize)?.as_ref()?;
+        let ScreenTriangle { level, leaf, tiling, .. } = *triangle;
+        Some(Cutout::Texture { mips, level, cutoff, first_threshold: leaf.unwrap_or_default() >> 28, tiling })
+    }
+
+    fn alpha_test<'a>(&self, triangle: &ScreenTriangle<'a>, scene: &Scene<'a>) -> Option<AlphaTest<'a>> {
         Some(AlphaTest {
-            mips,
-            level: triangle.level,
+            cutout: Self::cutout(triangle, scene)?,
             is_orthographic: scene.is_orthographic,
-            cutoff,
-            first_threshold: triangle.leaf.unwrap_or_default() >> 28,
-            tiling: triangle.tiling,
             u: self.plane(triangle, scene, |corner| corner.uv[0] as f64 * corner.inverse_w as f64),
             v: self.plane(triangle, scene, |corner| corner.uv[1] as f64 * corner.inverse_w as f64),
         })

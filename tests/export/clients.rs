@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 fn three_shows_every_kind_with_all_triangles_in_place_and_the_materials() {
     let mut model = grown("english-oak", 2500);
     model.plant.textures = resized(&model.plant, 64).unwrap();
-    let full = Level::new(&model, 1.0).plant;
-    let level = Level::new(&model, 0.2).plant;
+    let full = Level::new(&model, 1.0).unwrap().plant;
+    let level = Level::new(&model, 0.2).unwrap().plant;
     let cards = cards(&model);
     let options = GlbOptions::default();
     let written = [

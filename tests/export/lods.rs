@@ -72,7 +72,7 @@ fn cards_stand_where_the_plant_stands_cover_as_much_and_have_its_colours() {
 #[test]
 fn one_file_shows_its_first_level_and_names_the_others() {
     let model = grown("betula-populifolia", 500);
-    let mut levels: Vec<Plant> = [1.0, 0.3, 0.1].map(|lod| Level::new(&model, lod).plant).into();
+    let mut levels: Vec<Plant> = [1.0, 0.3, 0.1].map(|lod| Level::new(&model, lod).unwrap().plant).into();
     levels.push(cards(&model));
     let plants: Vec<&Plant> = levels.iter().collect();
     for options in [EXACT, GlbOptions { z_up: true, ..GlbOptions::default() }] {
@@ -119,9 +119,9 @@ fn leaves_that_repeat_their_picture_do_so_in_levels() {
     let exactly = DrawOptions { full_textures: true, ..options() };
     for leaves in [750, 200] {
         // Near enough that every picture is drawn at its own size.
-        let level = Level::of_leaves(&model, leaves, 4000.0);
+        let level = Level::of_leaves(&model, leaves, 4000.0).unwrap();
         level.plant.validate().unwrap();
-        assert!(level.tiled > 0 && Level::of_leaves(&plain, leaves, 4000.0).tiled == 0);
+        assert!(level.tiled > 0 && Level::of_leaves(&plain, leaves, 4000.0).unwrap().tiled == 0);
         let own =
             views(&model, 200, |camera, size| draw_model(&model, leaves as usize, camera, size, &exactly).unwrap());
         let bytes = |images: &[Image]| images.iter().flat_map(|image| image.rgba.clone()).collect::<Vec<u8>>();
@@ -130,9 +130,9 @@ fn leaves_that_repeat_their_picture_do_so_in_levels() {
             let off: f64 = bytes(&own).iter().zip(bytes(&shown)).map(|(a, b)| f64::from(a.abs_diff(b))).sum();
             off / alphas(&own).sum::<f64>()
         };
-        let [cut, larger] = [&level.plant, &Level::of_leaves(&plain, leaves, 4000.0).plant].map(difference);
+        let [cut, larger] = [&level.plant, &Level::of_leaves(&plain, leaves, 4000.0).unwrap().plant].map(difference);
         // Far away, fewer and larger pictures have fewer triangles and cover as much.
-        let far = Level::of_leaves(&model, leaves, 16.0);
+        let far = Level::of_leaves(&model, leaves, 16.0).unwrap();
         let [near, fewer] = [&level, &far].map(|level| level.plant.indices.len() / 3);
         let covered = |plant: &Plant| {
             alphas(&views(&model, 64, |camera, size| draw_plant(plant, camera, size, &exactly).unwrap())).sum::<f64>()
@@ -150,7 +150,7 @@ fn four_levels_of_an_oak_and_its_cards_take_at_most_8_mb() {
         let simplified = SimplifyOptions { resolution: 32, grow_by, ..SimplifyOptions::fast() };
         let mut model = simplify(&plant, &simplified, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
         model.order_wood();
-        let levels = [1.0, 0.33, 0.11, 0.03].map(|lod| Level::new(&model, lod).plant);
+        let levels = [1.0, 0.33, 0.11, 0.03].map(|lod| Level::new(&model, lod).unwrap().plant);
         let bytes = |plant: &Plant| write_level(plant, &GlbOptions::default()).unwrap().len();
         let all = levels.iter().map(bytes).sum::<usize>() + bytes(&cards(&model));
         println!("{grow_by:?}: {all} bytes");
@@ -198,8 +198,8 @@ pub fn hostile() -> FoliageModel {
 fn names_are_kept_whatever_they_are_and_equal_models_give_equal_bytes() {
     let model = hostile();
     let cards = cards(&model);
-    let levels = [1.0, 0.2].map(|lod| Level::new(&model, lod).plant);
-    let again = Level::new(&model, 0.2).plant;
+    let levels = [1.0, 0.2].map(|lod| Level::new(&model, lod).unwrap().plant);
+    let again = Level::new(&model, 0.2).unwrap().plant;
     assert_eq!(write_level(&levels[1], &EXACT).unwrap(), write_level(&again, &EXACT).unwrap());
     assert_eq!(self::cards(&model), cards);
     let files = [

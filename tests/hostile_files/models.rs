@@ -7,6 +7,7 @@ use crate::{
 };
 use foliage_lod::{
     Error, FoliageModel, Result, Swap, Timeline,
+    internals::clusters,
     model::ModelFile,
     plant::Outline,
     simplify::{CpuFragments, CurveOptions, Quiet, SimplifyOptions, error_curve, simplify},
@@ -25,6 +26,8 @@ fn read_model(bytes: &[u8]) -> Result<()> {
     assert!(version1::bytes(&again) == bits && again.precision == model.precision, "bits are lost");
     assert!(again.wood_order == model.wood_order, "the order of the wood is lost");
     assert!(again.curve == model.curve, "the error curve is lost");
+    assert!(again.clusters == model.clusters, "the cards of clusters are lost");
+    Timeline::with_cards(&model);
     assert!(again.to_bytes().unwrap() == written, "the model is not written as it was read");
     let (timeline, mut swap) = (Timeline::new(&model), Swap::new(&model));
     for n in (0..=swap.leaves()).rev() {
@@ -49,6 +52,8 @@ fn model_files() -> Vec<Vec<u8>> {
         model.quantize();
         assert_eq!(model.copies.len(), if model.leaves.len() == 40 { 38 } else { 0 });
         model.plant.outlines = vec![outline(); 2];
+        model.clusters = clusters::all(&model).unwrap();
+        assert_eq!(model.clusters.cards().is_empty(), model.leaves.len() == 1);
         let sizes = BakeOptions { across: 3, frame_px: 8, is_whole_sphere: true };
         model.order_wood();
         assert_eq!(model.wood_order.is_some(), model.leaves.len() == 9);

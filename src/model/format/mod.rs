@@ -22,6 +22,7 @@
 //! Limits: files of up to [`MAX_FILE_BYTES`]. Version 1 is still read. Any other version is
 //! rejected, and the error names it.
 
+mod clusters;
 mod fault;
 mod foliage;
 mod impostor;
@@ -54,7 +55,8 @@ pub struct ModelFile {
     /// Version of the format.
     pub version: u32,
     /// Parts of the file: `table`, `about`, `leaf_records`, `leaf_vertices`, `wood`, `textures`,
-    /// `shapes`, `outlines`, `growth`, `intrinsic`, `impostor`, `wood_order`, `curve`, `fill`.
+    /// `shapes`, `outlines`, `growth`, `intrinsic`, `impostor`, `wood_order`, `ribbons`, `curve`,
+    /// `clusters`, `fill`.
     pub parts: Vec<Part>,
     /// Sections that were skipped because this version of the program does not know them, by their
     /// tags. Worth a warning: the model was made by a newer one.

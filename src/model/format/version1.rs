@@ -11,7 +11,7 @@
 //! memory that decoding it may allocate.
 
 use super::{
-    super::{FoliageModel, Growth, Precision},
+    super::{Clusters, FoliageModel, Growth, Precision},
     fault::{damaged, damaged_in, u32_at, u64_at},
     records::decode,
 };
@@ -84,6 +84,7 @@ pub(super) fn decode_model(path: &Path, head: &Head, file: &[u8]) -> Result<Foli
         impostor: None,
         wood_order: None,
         curve: None,
+        clusters: Clusters::default(),
     })
 }
 

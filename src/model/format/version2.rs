@@ -21,7 +21,8 @@
 //! deflated where that helps. Floats keep their bits: equal models give equal bytes.
 
 use super::{
-    super::{ErrorCurve, FoliageModel, Growth, Precision, Recipe},
+    super::{Clusters, ErrorCurve, FoliageModel, Growth, Precision, Recipe},
+    clusters::PackedClusters,
     fault::{Decoded, MAX_FILE_BYTES, damaged, damaged_in},
     foliage::Foliage,
     impostor::PackedImpostor,
@@ -50,9 +51,10 @@ const IMPOSTOR: Tag = *b"IMPO";
 const WOOD_ORDER: Tag = *b"SLID";
 const RIBBONS: Tag = *b"RIBN";
 const CURVE: Tag = *b"CURV";
+const CLUSTERS: Tag = *b"CLUS";
 const FILL: Tag = *b"FILL";
 /// Tags in the order in which the sections are written, and what they hold.
-pub(super) const SECTIONS: [(Tag, &str); 14] = [
+pub(super) const SECTIONS: [(Tag, &str); 15] = [
     (*b"ABOU", "about"),
     (*b"LEAF", "leaf_records"),
     (*b"VERT", "leaf_vertices"),
@@ -66,6 +68,7 @@ pub(super) const SECTIONS: [(Tag, &str); 14] = [
     (WOOD_ORDER, "wood_order"),
     (RIBBONS, "ribbons"),
     (CURVE, "curve"),
+    (CLUSTERS, "clusters"),
     (FILL, "fill"),
 ];
 
@@ -160,6 +163,8 @@ pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
     let LeafSections { leaves, vertices, shapes, copied } = leaf_sections?;
     let impostor = model.impostor.as_ref().map(PackedImpostor::encode);
     let order = model.wood_order.as_ref().map(PackedWoodOrder::encode);
+    let has_cards = !model.clusters.cards().is_empty();
+    let clusters = has_cards.then(|| PackedClusters::encode(&model.clusters));
     let records = [
         encode(&about)?,
         leaves,
@@ -174,15 +179,17 @@ pub(super) fn encode_model(model: &FoliageModel) -> Result<Vec<u8>> {
         order.as_ref().map(encode).transpose()?.unwrap_or_default(),
         model.wood_order.as_ref().and_then(|order| order.boosts.as_ref()).map(encode).transpose()?.unwrap_or_default(),
         model.curve.as_ref().map(encode).transpose()?.unwrap_or_default(),
+        clusters.as_ref().map(encode).transpose()?.unwrap_or_default(),
         Vec::new(),
     ];
-    let is_required = |tag| ![OUTLINES, GROWTH, INTRINSIC, IMPOSTOR, WOOD_ORDER, RIBBONS, CURVE, FILL].contains(&tag);
+    let is_required =
+        |tag| ![OUTLINES, GROWTH, INTRINSIC, IMPOSTOR, WOOD_ORDER, RIBBONS, CURVE, CLUSTERS, FILL].contains(&tag);
     let sections = SECTIONS
         .iter()
         .zip(records)
         .map(|((tag, _), record)| (*tag, if is_required(*tag) { REQUIRED } else { 0 }, record));
     let mut sections: Vec<(Tag, u32, Vec<u8>)> = sections.filter(|(.., record)| !record.is_empty()).collect();
-    let others = others_memory(impostor.as_ref(), order.as_ref(), &counts);
+    let others = others_memory(impostor.as_ref(), order.as_ref(), clusters.as_ref(), &counts);
     let missing = counts.least_bytes(copied, others).unwrap_or_default().saturating_sub(joined_bytes(&sections));
     if missing > 0 && missing <= MAX_FILE_BYTES {
         sections.push((FILL, 0, vec![0; missing as usize]));
@@ -249,11 +256,12 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
     let order = damaged_in(path, "SLID", found(WOOD_ORDER).map(decode::<PackedWoodOrder<'_>>).transpose())?;
     let boosts = damaged_in(path, "RIBN", found(RIBBONS).map(decode::<Boosts>).transpose())?;
     let curve = damaged_in(path, "CURV", found(CURVE).map(decode::<ErrorCurve>).transpose())?;
+    let clusters = damaged_in(path, "CLUS", found(CLUSTERS).map(decode::<PackedClusters<'_>>).transpose())?;
     let about: About = damaged_in(path, "ABOU", decode(about?))?;
     let counts = about.counts;
     let shapes = damaged_in(path, "SHAP", shapes)?;
     let copied = shapes.as_ref().map(Shapes::copied);
-    let others = others_memory(impostor.as_ref(), order.as_ref(), &counts);
+    let others = others_memory(impostor.as_ref(), order.as_ref(), clusters.as_ref(), &counts);
     if counts.least_bytes(copied, others).is_none_or(|least| least > file.len() as u64) {
         return Err(damaged(path, format!("{counts:?}, {copied:?} in copies, in a file of {} bytes", file.len())));
     }
@@ -295,14 +303,24 @@ pub(super) fn decode_model(path: &Path, sections: &[Section], file: &[u8]) -> Re
         impostor: damaged_in(path, "IMPO", impostor.map(|packed| packed.decode()).transpose())?,
         wood_order: wood_order.map(|order| WoodOrder { boosts, ..order }),
         curve,
+        clusters: match clusters {
+            Some(packed) => damaged_in(path, "CLUS", packed.decode())?,
+            None => Clusters::default(),
+        },
     })
 }
 
-/// Memory that reading the impostor and the order of the wood takes, in bytes.
-fn others_memory(impostor: Option<&PackedImpostor<'_>>, order: Option<&PackedWoodOrder<'_>>, counts: &Counts) -> u64 {
+/// Memory that reading the impostor, the order of the wood and the cards takes, in bytes.
+fn others_memory(
+    impostor: Option<&PackedImpostor<'_>>,
+    order: Option<&PackedWoodOrder<'_>>,
+    clusters: Option<&PackedClusters<'_>>,
+    counts: &Counts,
+) -> u64 {
     let [vertices, triangles] = [counts.wood_vertices, counts.wood_indices / 3];
     let order = order.map_or(0, |order| order.memory([vertices, triangles]));
-    impostor.map_or(0, PackedImpostor::memory).saturating_add(order)
+    let clusters = clusters.map_or(0, PackedClusters::memory);
+    impostor.map_or(0, PackedImpostor::memory).saturating_add(order).saturating_add(clusters)
 }
 
 /// Whether this version reads the section.

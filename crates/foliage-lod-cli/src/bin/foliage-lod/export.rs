@@ -39,6 +39,14 @@ pub fn run(args: &args::Export) -> Result<(), Failure> {
             HumanCount(tiled)
         ));
     }
+    let cards = model.clusters.cards().len() as u64;
+    if cards > 0 && !has_levels {
+        complain(format_args!(
+            "warning: {} pictures of leaves that one stands for are left out, since a continuous glTF knows no such \
+             cards; that leaf is enlarged instead. Models made with --growth scale look the same everywhere",
+            HumanCount(cards)
+        ));
+    }
     if has_levels && !model.wood.indices.is_empty() && model.wood_order.is_none() {
         model.order_wood();
         steps.done("wood", "in the order in which it loses detail")?;

@@ -63,7 +63,7 @@ pub fn levels(args: &Export, model: &mut FoliageModel, steps: &mut Steps) -> Res
     let mut made: Vec<(Level, Value)> = Vec::new();
     for (number, level) in args.levels.iter().enumerate() {
         let (mut level, about) = match level {
-            LevelOf::Share(share) => (spinning("writing", || Level::new(model, *share)), json!({})),
+            LevelOf::Share(share) => (spinning("writing", || Level::new(model, *share))?, json!({})),
             LevelOf::Target(target) => reached(number, *target, model, steps)?,
         };
         if let Some((last, _)) = made.last() {
@@ -111,7 +111,7 @@ fn reached(number: usize, target: Target, model: &FoliageModel, steps: &mut Step
         let painter = Painter::new(&model.materials, &model.textures)?;
         target.fewest(model.leaves.len() as u32, &mut |leaves| {
             interrupt::check()?;
-            let level = Level::of_leaves(model, leaves, size_px);
+            let level = Level::of_leaves(model, leaves, size_px)?;
             reference.quality(&painter, DrawList::of_plant(&level.plant), None)
         })
     });
@@ -123,7 +123,7 @@ fn reached(number: usize, target: Target, model: &FoliageModel, steps: &mut Step
     }
     steps.done("level", format!("LOD{number} by {told}"))?;
     let about = json!({ "target": target.to_string(), "ssim": quality.ssim, "rmse": quality.rmse, "xor": quality.xor });
-    Ok((Level::of_leaves(model, leaves, size_px), about))
+    Ok((Level::of_leaves(model, leaves, size_px)?, about))
 }
 
 /// Halves textures as asked.

@@ -169,6 +169,16 @@ fn tell_model(file: &ModelFile) -> Result<(), Failure> {
     }
     let way = if model.growth.tiles { "tiles" } else { "scale" };
     output::line(format_args!("leaves grow by {way}, with tone {:.2}", model.growth.tone))?;
+    let cards = model.clusters.cards();
+    if !cards.is_empty() {
+        let leaves = cards.chunk_by(|a, b| a.leaf == b.leaf).count() as u64;
+        output::line(format_args!(
+            "{} leaves become pictures of those that they stand for: {} cards of {} texels",
+            HumanCount(leaves),
+            HumanCount(cards.len() as u64),
+            HumanCount(model.clusters.texels().len() as u64)
+        ))?;
+    }
     material_lines(&model.materials).iter().try_for_each(output::line)?;
     tell_bounds(model.aabb(), model.sphere())?;
     let measured = match &model.curve {
@@ -314,6 +324,7 @@ fn model_json(file: &ModelFile) -> Value {
     let point = |p: CurvePoint| json!({ "percent": p.percent, "leaves": p.leaves, "error": p.error, "largest_scale": p.scale, "error_px": p.error_px });
     let curve: Vec<Value> = curve(model).into_iter().map(point).collect();
     let [leaf_bytes, wood_bytes] = gpu_bytes(model);
+    let cards = model.clusters.cards();
     let about = json!({
         "kind": "model",
         "name": model.name,
@@ -326,6 +337,8 @@ fn model_json(file: &ModelFile) -> Value {
         "max_scale": model.max_scale,
         "tone": model.growth.tone,
         "tiles": model.growth.tiles,
+        "cards": cards.len(),
+        "card_texels": model.clusters.texels().len(),
         "version": file.version,
         "bytes": bytes_by(&file.parts),
         "skipped": bytes_by(&file.skipped),

@@ -48,6 +48,12 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
              --growth scale does the same without a warning",
         );
     }
+    if options.grow_by == GrowBy::Picture && model.clusters.cards().is_empty() {
+        complain(
+            "warning: no leaf becomes a picture of those that it stands for, since enlarged leaves show as much; \
+             --growth auto does the same without a warning",
+        );
+    }
     let views = format!("{} views of {1} x {1}", options.views, options.resolution);
     steps.done("simplify", format!("{views} on {rasteriser}, {} fragments", HumanCount(fragments)))?;
     if !args.exact {
@@ -86,6 +92,7 @@ pub fn run(args: &args::Simplify) -> Result<(), Failure> {
             "max_scale": model.max_scale,
             "tone": model.growth.tone,
             "tiles": model.growth.tiles,
+            "cards": model.clusters.cards().len(),
             "trial": trial.map(|trial| json!({ "scale": tried(trial.scale), "tile": tried(trial.tile) })),
             "cascade": options.cascade,
             "target_leaves": reached.first().map(|reached| reached.leaves),
