@@ -3,7 +3,8 @@
 //! ```text
 //! offline    file ----import---> Plant ---simplify---> FoliageModel ---> .vds
 //!            species --grow----->
-//! run time   .vds ---> FoliageModel ---extract---> active count n, drawn scales
+//! run time   .vds, or .glb by `continuous` ---> FoliageModel
+//!            FoliageModel ---extract---> active count n, drawn scales
 //!            camera, look, instances ---draw---> records, draw lists ---gpu | software---> picture
 //!            many plants ---scene---> those in the frustum, each with its n
 //! ```
@@ -66,6 +67,8 @@ mod random;
 mod srgb;
 pub mod wood;
 
+#[cfg(feature = "continuous")]
+pub mod continuous;
 #[cfg(feature = "simplify")]
 pub mod export;
 #[cfg(feature = "simplify")]

@@ -95,10 +95,10 @@ impl Material {
         (self.alpha_mode != AlphaMode::Opaque).then_some(self.alpha_cutoff)
     }
 
-    /// As [`cutoff`](Self::cutoff), for the alpha of the texture alone, without the colour
-    /// factor's.
-    #[cfg(feature = "textures")]
-    pub(crate) fn texture_cutoff(&self) -> Option<f32> {
+    /// Alpha of the texture alone, without the colour factor's, at or above which a texel is
+    /// covered: [`cutoff`](Self::cutoff) over the alpha of the colour factor, so 0 or more, and
+    /// above 1 where no texel is. `None` if alpha is ignored.
+    pub fn texture_cutoff(&self) -> Option<f32> {
         self.cutoff().map(|cutoff| cutoff / self.base_color[3].max(f32::MIN_POSITIVE))
     }
 

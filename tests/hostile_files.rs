@@ -7,6 +7,8 @@
 #![cfg(feature = "simplify")]
 
 mod common;
+#[path = "hostile_files/continuous.rs"]
+mod continuous;
 #[path = "common/glb.rs"]
 mod glb;
 #[path = "hostile_files/gltf.rs"]

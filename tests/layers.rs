@@ -20,7 +20,7 @@ const LAYERS: [&[&str]; 15] = [
     &["plant"],
     &["wood"],
     &["import", "grow", "model"],
-    &["simplify", "extract", "stochastic"],
+    &["simplify", "extract", "stochastic", "continuous"],
     &["effects"],
     &["terrain"],
     &["scene", "draw"],
@@ -48,8 +48,9 @@ const ONLY_IN: [(&str, &[&str]); 3] = [
 /// Code that must not depend on the machine, so that the same input produces the same model
 /// everywhere. Square roots are rounded alike on all machines; other functions must come from
 /// `libm`.
-const SAME_EVERYWHERE: [&str; 14] = [
+const SAME_EVERYWHERE: [&str; 15] = [
     "bounds",
+    "continuous/",
     "crown",
     "edge",
     "export/",

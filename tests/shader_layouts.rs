@@ -85,6 +85,8 @@ fn the_parts_for_engines_need_no_more_than_the_bindings_that_they_name() {
 @group(0) @binding(1) var colors: texture_2d_array<f32>;
 @group(0) @binding(2) var surfaces: texture_2d_array<f32>;
 @group(0) @binding(3) var clamping: sampler;
+@group(0) @binding(4) var<storage, read> sways: array<Sway>;
+@group(0) @binding(5) var limbs: texture_2d<u32>;
 ";
     let module = parsed(&(shaders::impostor_parts() + bindings));
     assert_layout!(&module, ImpostorRecord, "Impostor", [center, half_side, radius, texels, across, is_whole_sphere]);

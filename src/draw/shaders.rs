@@ -71,7 +71,8 @@ pub fn engine_parts() -> String {
 }
 
 /// Constants and functions for the shaders of an engine that draws impostors itself, without
-/// bindings: `around`, the pictures around a direction; `add_picture`, what a ray sees in one.
+/// bindings: `around`, the pictures around a direction; `add_picture`, what a ray sees in one;
+/// `moved_wood` and `sway_reach`, the wind, by which the pictures bend with the trunk.
 ///
 /// Declare beside them, at bindings of your own:
 /// ```wgsl
@@ -79,9 +80,11 @@ pub fn engine_parts() -> String {
 /// var colors: texture_2d_array<f32>;   // `PageLevel::color`, as Rgba8UnormSrgb
 /// var surfaces: texture_2d_array<f32>; // `PageLevel::surface`, as Rgba8Unorm
 /// var clamping: sampler;
+/// var<storage, read> sways: array<Sway>; // a `Sway` for each instance
+/// var limbs: texture_2d<u32>;            // need not be bound: limbs move leaves and wood alone
 /// ```
 pub fn impostor_parts() -> String {
-    sprite_constants(leaf_constants(ShaderSource::new())).with_part(LEAF).with_body(FRAMES)
+    sprite_constants(leaf_constants(ShaderSource::new())).with_part(LEAF).with_part(FRAMES).with_body(WIND)
 }
 
 /// WGSL of the leaf pass.

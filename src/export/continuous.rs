@@ -5,11 +5,16 @@
 //! do not: gltf-transform, also where it reorders vertices, and Blender.
 
 use super::writer::{GlbOptions, Writer, corners};
-use crate::{FoliageModel, Result, model::Leaf};
+use crate::{
+    FoliageModel, Result,
+    continuous::VERSION,
+    model::{ErrorCurve, Leaf},
+};
 use serde_json::{Value, json};
 
-/// Version of the format.
-const VERSION: u32 = 1;
+/// Most corners of the error curve, without the last one. Measured curves have some twenty, those
+/// that are summed up from the leaves' errors up to one a leaf.
+const CURVE_CORNERS: usize = 256;
 
 /// Encodes a valid model as a continuous glTF. Equal models give equal bytes. Growth is carried by
 /// scale: tiles and tone are left out, and colour factors above 1 are 1.
@@ -31,9 +36,20 @@ pub fn write_continuous(model: &FoliageModel, options: &GlbOptions) -> Result<Ve
         "maxScale": model.max_scale,
         "center": sphere.center,
         "radius": sphere.radius,
+        "curve": curve(&ErrorCurve::of(model)),
     });
     writer.node(json!({ "name": model.name, "extras": { "foliageLod": about } }), primitives);
     writer.finish()
+}
+
+/// The curve in flat arrays: Blender drops nested ones. Some of the corners of a convex curve are
+/// one too.
+fn curve(curve: &ErrorCurve) -> Value {
+    let step = curve.corners.len().div_ceil(CURVE_CORNERS).max(1);
+    let last = curve.corners.len().saturating_sub(1);
+    let kept = curve.corners.iter().enumerate().filter(|(i, _)| i % step == 0 || *i == last);
+    let (leaves, errors): (Vec<u32>, Vec<f32>) = kept.map(|(_, corner)| (corner.leaves, corner.error_px)).unzip();
+    json!({ "sizePx": curve.size_px, "sizePower": curve.size_power, "leaves": leaves, "errorsPx": errors })
 }
 
 impl Writer<'_> {

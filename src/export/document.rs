@@ -144,7 +144,13 @@ fn material_json(material: &Material, pbr: Value) -> Value {
             json["alphaMode"] = json!("MASK");
             json["alphaCutoff"] = json!(material.alpha_cutoff);
         }
-        AlphaMode::Blend => json["alphaMode"] = json!("BLEND"),
+        AlphaMode::Blend => {
+            json["alphaMode"] = json!("BLEND");
+            // glTF has a cutoff for `MASK` alone.
+            if material.alpha_cutoff != Material::default().alpha_cutoff {
+                json["extras"] = json!({ "alphaCutoff": material.alpha_cutoff });
+            }
+        }
     }
     if material.double_sided {
         json["doubleSided"] = json!(true);

@@ -1,6 +1,6 @@
 //! Frame times of plants with every leaf, with as many as they show, and of three discrete levels.
 //!
-//! `cargo run --release --example cost [MODEL.vds] [--plants 1|100|1000] [--rounds 5]
+//! `cargo run --release --example cost [MODEL] [--plants 1|100|1000] [--rounds 5]
 //! [--size 320x180]`; without a model, a birch is grown. Writes a table; no window is opened.
 
 mod common;

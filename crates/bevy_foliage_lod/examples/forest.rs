@@ -1,6 +1,6 @@
 //! A forest of a thousand trees, each with as many leaves as it shows.
 //!
-//! `cargo run --example forest [MODEL.vds] [--plants 1000] [--budget LEAVES] [--still]
+//! `cargo run --example forest [MODEL] [--plants 1000] [--budget LEAVES] [--still]
 //! [--picture OUT.png]`; without a model, a birch is grown.
 
 mod common;

@@ -1,6 +1,6 @@
 //! One tree, and a slider for the number of its leaves.
 //!
-//! `cargo run --example tree [MODEL.vds] [--share 0.3] [--wind] [--picture OUT.png]`; without a
+//! `cargo run --example tree [MODEL] [--share 0.3] [--wind] [--picture OUT.png]`; without a
 //! model, a birch is grown. Left and right change the number of leaves, space lets it follow the
 //! camera, up and down move the camera.
 

@@ -1,6 +1,6 @@
 //! A walk through a forest within a budget of leaves, with an overlay of what is drawn.
 //!
-//! `cargo run --example walk [MODEL.vds] [--plants 400] [--budget 200000] [--picture OUT.png]`;
+//! `cargo run --example walk [MODEL] [--plants 400] [--budget 200000] [--picture OUT.png]`;
 //! without a model, a birch is grown. Up and down change the budget.
 
 mod common;

@@ -47,8 +47,8 @@ const WOOD_PX: Range<f32> = 16.0..1024.0;
 /// Largest share of the triangles of a rung of wood that the next one may have.
 const FEWER_TRIANGLES: f32 = 0.8;
 
-/// A plant that can be drawn with any number of its leaves. Loaded from `.vds` files, or
-/// [built](Self::new) from a model.
+/// A plant that can be drawn with any number of its leaves. Loaded from `.vds` files and continuous
+/// glTF, or [built](Self::new) from a model.
 #[derive(Asset, TypePath, Debug, Clone)]
 pub struct FoliageAsset {
     /// The model.
@@ -354,7 +354,7 @@ fn materials(
                 center: crown.center_local.into(),
                 tone: crown.tone,
                 inverse_half_size: crown.inverse_half_size.into(),
-                cutoff: surfaces[number].image.as_ref().and(texture_cutoff(material)).unwrap_or(0.0),
+                cutoff: surfaces[number].image.as_ref().and(material.texture_cutoff()).unwrap_or(0.0),
                 mean,
             },
         };
@@ -370,11 +370,6 @@ fn materials(
     };
     let materials: Vec<[(String, FoliageMaterial); 2]> = model.materials.iter().enumerate().map(both).collect();
     Ok(materials.into_iter().map(|both| both.map(|(label, material)| store.put(label, material))).collect())
-}
-
-/// Alpha of the texture alone from which on a texel is opaque.
-fn texture_cutoff(material: &Material) -> Option<f32> {
-    material.cutoff().map(|cutoff| cutoff / material.base_color[3].max(f32::MIN_POSITIVE))
 }
 
 fn buffer<T: bytemuck::NoUninit>(records: Vec<T>) -> ShaderBuffer {
@@ -416,7 +411,7 @@ fn surfaces(model: &FoliageModel, store: &mut impl Store) -> foliage_lod::Result
             of_materials.push(Surface { image: None, mean: Vec3A::ONE });
             continue;
         };
-        let cutoff = texture_cutoff(material);
+        let cutoff = material.texture_cutoff();
         let key = (number, material.wrap, cutoff.map(f32::to_bits));
         let found = made.iter().find(|(of, _)| *of == key).map(|(_, surface)| surface.clone());
         let surface = match found {

@@ -1,6 +1,10 @@
 //! Impostors of far plants, of models that have one.
 
-use crate::{asset::Store, material::lay_out, plants::PLANTS};
+use crate::{
+    asset::Store,
+    material::lay_out,
+    plants::{PLANTS, SWAYS},
+};
 use bevy::{
     asset::{Asset, Handle, RenderAssetUsages, uuid_handle},
     image::{Image, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
@@ -49,6 +53,9 @@ pub struct FarExtension {
     /// Mean normal and depth.
     #[texture(103, dimension = "2d_array")]
     surfaces: Handle<Image>,
+    /// The wind's motion of all plants, as for leaves.
+    #[storage(105, read_only, visibility(vertex, fragment))]
+    sways: Handle<ShaderBuffer>,
 }
 
 /// An [`ImpostorRecord`].
@@ -100,6 +107,7 @@ pub(crate) fn far_parts(
         plants: PLANTS,
         colors: store.put("FarColors".into(), page(TextureFormat::Rgba8UnormSrgb, |level| &level.color)),
         surfaces: store.put("FarSurfaces".into(), page(TextureFormat::Rgba8Unorm, |level| &level.surface)),
+        sways: SWAYS,
     };
     let base = StandardMaterial {
         alpha_mode: AlphaMode::Mask(0.5),

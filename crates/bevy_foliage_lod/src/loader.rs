@@ -1,13 +1,17 @@
-//! Loads `.vds` files.
+//! Loads `.vds` files and continuous glTF.
 
 use crate::asset::FoliageAsset;
 use bevy::{
     asset::{AssetLoader, LoadContext, io::Reader},
     reflect::TypePath,
 };
-use foliage_lod::FoliageModel;
+use foliage_lod::{FoliageModel, continuous};
 
-/// Loads `.vds` files, as the command `foliage-lod` writes them.
+/// Loads the models that the command `foliage-lod` writes: `.vds` files, and continuous glTF
+/// (`foliage-lod export`), which is told by its content.
+///
+/// It is the only loader of [`FoliageAsset`]s, so a handle of that type loads a file of any name. A
+/// `.glb` whose type is not told is left to Bevy's own loader, one named `.foliage.glb` is not.
 #[derive(Debug, Default, TypePath)]
 pub struct FoliageLoader;
 
@@ -35,11 +39,12 @@ impl AssetLoader for FoliageLoader {
     ) -> Result<FoliageAsset, FoliageLoaderError> {
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).await?;
-        let model = FoliageModel::from_bytes(&bytes)?;
+        let is_gltf = continuous::is_glb(&bytes);
+        let model = if is_gltf { continuous::read(&bytes)? } else { FoliageModel::from_bytes(&bytes)? };
         Ok(FoliageAsset::build(model, load_context)?)
     }
 
     fn extensions(&self) -> &[&str] {
-        &["vds"]
+        &["vds", "foliage.glb"]
     }
 }

@@ -105,14 +105,15 @@ impl MaterialExtension for FoliageExtension {
         _key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         let is_leaf = layout.0.contains(ATTRIBUTE_LEAF);
-        let part = if is_leaf { ATTRIBUTE_LEAF } else { ATTRIBUTE_STEM };
+        // Bevy takes equal keys and vertex layouts for equal pipelines, whatever they were made for.
+        let part = if is_leaf { ATTRIBUTE_LEAF.at_shader_location(4) } else { ATTRIBUTE_STEM.at_shader_location(5) };
         // One layout for all passes, whose own differ.
         let attributes = [
             Mesh::ATTRIBUTE_POSITION.at_shader_location(0),
             Mesh::ATTRIBUTE_NORMAL.at_shader_location(1),
             Mesh::ATTRIBUTE_UV_0.at_shader_location(2),
             Mesh::ATTRIBUTE_COLOR.at_shader_location(3),
-            part.at_shader_location(4),
+            part,
         ];
         lay_out(descriptor, layout, &attributes, is_leaf.then_some("FOLIAGE_LEAVES"))
     }

@@ -20,13 +20,17 @@ use bevy_foliage_lod::{
         effects::Wind,
         extract::{Far, Sight},
         glam::{DAffine3, DVec3},
+        material::Material as Surface,
         model::Transition,
         software::{BakeOptions, SoftwareRenderer, bake},
     },
     prelude::*,
 };
-use common::{BIRCH, Picture, app, app_with, camera, folder, of_species, picture};
-use std::sync::{Arc, LazyLock};
+use common::{BIRCH, Picture, app, app_with, camera, folder, of_species, picture, run};
+use std::{
+    sync::{Arc, LazyLock},
+    time::Duration,
+};
 
 /// The birch, with an impostor.
 static BAKED: LazyLock<FoliageModel> = LazyLock::new(|| {
@@ -91,7 +95,14 @@ fn difference(a: &[f32], b: &[f32]) -> f32 {
 #[test]
 fn silhouettes_are_those_of_the_librarys_own_renderer() {
     let oak = of_species("english-oak", 3000);
-    for (name, model) in [("birch", &*BIRCH), ("oak", &oak)] {
+    // Leaves and wood whose materials differ in nothing that Bevy tells pipelines apart by.
+    let mut bare = BIRCH.clone();
+    bare.plant
+        .materials
+        .iter_mut()
+        .for_each(|material| *material = Surface { double_sided: true, ..Surface::default() });
+    bare.plant.outlines.clear();
+    for (name, model) in [("birch", &*BIRCH), ("oak", &oak), ("bare birch", &bare)] {
         let (look, bevy_view) = view(model);
         let mut app = app(&folder("silhouettes"));
         app.insert_resource(ClearColor(Color::WHITE)).insert_resource(GlobalAmbientLight::NONE);
@@ -236,62 +247,68 @@ fn motion(app: &mut App, covered: &[bool], image: &Handle<Image>) -> [Vec2; 2] {
 }
 
 #[test]
-fn motion_vectors_are_those_of_leaves_and_wood() {
-    let mut app = app_with(&folder("motion"), |app| {
-        app.add_plugins(MaterialPlugin::<ShowMotion>::default());
-    });
-    let shader = Shader::from_wesl(include_str!("motion.wesl"), "motion.wesl");
-    app.world_mut().resource_mut::<Assets<Shader>>().insert(MOTION.id(), shader).unwrap();
-    let (_, (eye, projection)) = view(&BIRCH);
-    let passes = (Msaa::Off, Tonemapping::None, DepthPrepass, MotionVectorPrepass);
-    let (_, image) = camera(&mut app, [192, 192], (eye, projection, passes));
-    let plant = plant(&mut app, &BIRCH, 0.4);
-    let covered = picture(&mut app, &image).covered();
-    // A screen before the camera.
-    let world = app.world_mut();
-    let screen = world.resource_mut::<Assets<Mesh>>().add(Rectangle::new(9.0, 9.0));
-    let material = world.resource_mut::<Assets<ShowMotion>>().add(ShowMotion {});
-    let place = Transform { translation: eye.translation + eye.forward() * 0.5, ..eye };
-    world.spawn((Mesh3d(screen), MeshMaterial3d(material), place));
-    let [still, beside] = motion(&mut app, &covered, &image);
-    assert!(still.length() < 0.1 && beside.length() < 0.1, "{still} {beside}");
-    // Wind moves the plant alone.
-    app.insert_resource(FoliageWind(Wind { strength: 0.1, ..Wind::default() }));
-    let most = |app: &mut App| {
-        let motions: Vec<[Vec2; 2]> = (0..6).map(|_| motion(app, &covered, &image)).collect();
-        [0, 1].map(|i| motions.iter().map(|motion| motion[i].length()).fold(0.0, f32::max))
-    };
-    let [windy, beside] = most(&mut app);
-    println!("in the wind: {windy} px a frame, beside {beside}");
-    assert!(windy > 0.08 && beside < 0.3 * windy, "{windy} {beside}");
-    app.world_mut().remove_resource::<FoliageWind>();
-    // A plant that moves across the picture by a tenth of a radius a frame.
-    let step = 0.02 * BIRCH.sphere().radius as f32;
-    let right = eye.right() * step;
-    let mover = move |mut plants: Query<&mut Transform, With<Foliage>>, mut frame: Local<u32>| {
-        // To and fro, so that it stays in place on average.
-        *frame += 1;
-        let sign = if frame.is_multiple_of(2) { 1.0 } else { -1.0 };
-        plants.iter_mut().for_each(|mut place| place.translation += right * sign);
-    };
-    app.add_systems(Update, mover);
-    let _ = plant;
-    let [moved, _] = motion(&mut app, &covered, &image);
-    let (look, _) = view(&BIRCH);
-    let distance = (look.eye - look.target).length() as f32;
-    let expected = step / distance / (0.5 * look.fov_y_radians as f32).tan() * 96.0;
-    println!("moved: {moved}, {expected} px expected");
-    assert!((moved.x.abs() - expected).abs() < 0.15 * expected && moved.y.abs() < 0.1 * expected, "{moved} {expected}");
+fn motion_vectors_are_those_of_leaves_and_wood_or_of_the_impostor() {
+    for far in [None, Some(Far { at_px: 1024.0, ..Far::default() })] {
+        let mut app = app_with(&folder("motion"), |app| {
+            app.add_plugins(MaterialPlugin::<ShowMotion>::default());
+        });
+        let shader = Shader::from_wesl(include_str!("motion.wesl"), "motion.wesl");
+        app.world_mut().resource_mut::<Assets<Shader>>().insert(MOTION.id(), shader).unwrap();
+        let (look, (eye, projection)) = view(&BIRCH);
+        let passes = (Msaa::Off, Tonemapping::None, DepthPrepass, MotionVectorPrepass);
+        let (_, image) = camera(&mut app, [192, 192], (eye, projection, passes));
+        let plant = plant(&mut app, &BAKED, 0.4);
+        if far.is_some() {
+            app.world_mut().get_mut::<Foliage>(plant).unwrap().lod = FoliageLod::Policy(Arc::new(EveryLeaf));
+        }
+        app.world_mut().resource_mut::<FoliageSettings>().far = far;
+        let covered = picture(&mut app, &image).covered();
+        assert_eq!(app.world().resource::<FoliageStats>().impostors, u32::from(far.is_some()));
+        // A screen before the camera.
+        let world = app.world_mut();
+        let screen = world.resource_mut::<Assets<Mesh>>().add(Rectangle::new(9.0, 9.0));
+        let material = world.resource_mut::<Assets<ShowMotion>>().add(ShowMotion {});
+        let place = Transform { translation: eye.translation + eye.forward() * 0.5, ..eye };
+        world.spawn((Mesh3d(screen), MeshMaterial3d(material), place));
+        let [still, beside] = motion(&mut app, &covered, &image);
+        assert!(still.length() < 0.1 && beside.length() < 0.1, "{still} {beside}");
+        // Wind moves the plant alone.
+        app.insert_resource(FoliageWind(Wind { strength: 0.1, ..Wind::default() }));
+        let most = |app: &mut App| {
+            let motions: Vec<[Vec2; 2]> = (0..6).map(|_| motion(app, &covered, &image)).collect();
+            [0, 1].map(|i| motions.iter().map(|motion| motion[i].length()).fold(0.0, f32::max))
+        };
+        let [windy, beside] = most(&mut app);
+        println!("in the wind: {windy} px a frame, beside {beside}");
+        assert!(windy > 0.08 && beside < 0.3 * windy, "{windy} {beside}");
+        app.world_mut().remove_resource::<FoliageWind>();
+        // A plant that moves across the picture by a tenth of a radius a frame.
+        let step = 0.02 * BIRCH.sphere().radius as f32;
+        let right = eye.right() * step;
+        let mover = move |mut plants: Query<&mut Transform, With<Foliage>>, mut frame: Local<u32>| {
+            // To and fro, so that it stays in place on average.
+            *frame += 1;
+            let sign = if frame.is_multiple_of(2) { 1.0 } else { -1.0 };
+            plants.iter_mut().for_each(|mut place| place.translation += right * sign);
+        };
+        app.add_systems(Update, mover);
+        let [moved, _] = motion(&mut app, &covered, &image);
+        let distance = (look.eye - look.target).length() as f32;
+        let expected = step / distance / (0.5 * look.fov_y_radians as f32).tan() * 96.0;
+        println!("moved: {moved}, {expected} px expected");
+        let is_expected = (moved.x.abs() - expected).abs() < 0.15 * expected && moved.y.abs() < 0.1 * expected;
+        assert!(is_expected, "{moved} {expected}");
+    }
 }
 
-#[test]
-fn far_plants_are_handed_over_to_impostors_that_look_the_same() {
+/// A lit scene of a plant with all leaves that is some 90 pixels across, before white.
+fn distant(name: &str) -> (App, Handle<Image>) {
     let model = &*BAKED;
-    let mut app = app(&folder("far"));
+    let mut app = app(&folder(name));
     app.insert_resource(ClearColor(Color::WHITE));
     app.insert_resource(GlobalAmbientLight { brightness: 800.0, ..default() });
     let (look, (eye, projection)) = view(model);
-    // Eight times as far: some 90 pixels across.
+    // Eight times as far as the whole picture.
     let away = eye.translation - eye.forward() * (7.0 * (look.eye - look.target).length() as f32);
     let eye = Transform { translation: away, ..eye };
     let (_, image) = camera(&mut app, SIZE, (eye, projection, Msaa::Sample4, Tonemapping::None));
@@ -299,17 +316,30 @@ fn far_plants_are_handed_over_to_impostors_that_look_the_same() {
     app.world_mut().spawn((sun, Transform::from_xyz(3.0, 4.0, 6.0).looking_at(Vec3::ZERO, Vec3::Y)));
     let plant = plant(&mut app, model, 1.0);
     app.world_mut().get_mut::<Foliage>(plant).unwrap().lod = FoliageLod::Policy(Arc::new(EveryLeaf));
+    (app, image)
+}
+
+/// A picture in which plants are handed over at a size.
+fn handed_over(app: &mut App, image: &Handle<Image>, at_px: f32) -> Picture {
+    app.world_mut().resource_mut::<FoliageSettings>().far = Some(Far { at_px, ..Far::default() });
+    picture(app, image)
+}
+
+/// Light that a plant takes from the backdrop, in each channel.
+fn taken(picture: &Picture) -> [f32; 3] {
+    [0, 1, 2].map(|channel| {
+        let linear = |texel: &[u8; 4]| LinearRgba::from(Color::srgb_u8(texel[channel], 0, 0)).red;
+        picture.rgba.iter().map(|texel| 1.0 - linear(texel)).sum::<f32>()
+    })
+}
+
+#[test]
+fn far_plants_are_handed_over_to_impostors_that_look_the_same() {
+    let (mut app, image) = distant("far");
     let at = |app: &mut App, at_px: f32| {
-        let far = Far { at_px, ..Far::default() };
-        app.world_mut().resource_mut::<FoliageSettings>().far = Some(far);
-        let shown = picture(app, &image);
+        let shown = handed_over(app, &image, at_px);
         shown.keep(&format!("far-{at_px}"));
-        // Light that the plant takes from the backdrop.
-        let taken = |channel: usize| {
-            let linear = |texel: &[u8; 4]| LinearRgba::from(Color::srgb_u8(texel[channel], 0, 0)).red;
-            shown.rgba.iter().map(|texel| 1.0 - linear(texel)).sum::<f32>()
-        };
-        ([0, 1, 2].map(taken), app.world().resource::<FoliageStats>().impostors)
+        (taken(&shown), app.world().resource::<FoliageStats>().impostors)
     };
     let (near, none) = at(&mut app, 0.0);
     let (far, one) = at(&mut app, 1024.0);
@@ -323,6 +353,61 @@ fn far_plants_are_handed_over_to_impostors_that_look_the_same() {
         println!("handed over at {at_px}: {:?}", changes(between));
         assert!(changes(between).iter().all(|change| change.abs() < 0.06), "{at_px}: {:?}", changes(between));
     }
+}
+
+/// Mean x coordinate of what is covered of the plant's top fifth, in pixels.
+fn top(picture: &Picture) -> f32 {
+    let coverage = coverage(picture);
+    let rows: Vec<&[f32]> = coverage.chunks(SIZE[0] as usize).collect();
+    let first = rows.iter().position(|row| row.iter().sum::<f32>() > 0.5).unwrap();
+    let last = rows.iter().rposition(|row| row.iter().sum::<f32>() > 0.5).unwrap();
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for row in &rows[first..first + (last - first) / 5] {
+        for (x, covered) in row.iter().enumerate() {
+            sum += x as f32 * covered;
+            weight += covered;
+        }
+    }
+    sum / weight
+}
+
+#[test]
+fn impostors_bend_with_the_wind_as_leaves_and_wood_do() {
+    let (mut app, image) = distant("far-wind");
+    let pause = |app: &mut App, frames: u32| {
+        let pass = |millis| bevy::time::TimeUpdateStrategy::ManualDuration(Duration::from_millis(millis));
+        app.insert_resource(pass(50));
+        run(app, frames);
+        app.insert_resource(pass(0));
+    };
+    pause(&mut app, 1);
+    let still = [0.0, 1024.0].map(|at_px| top(&handed_over(&mut app, &image, at_px)));
+    // What bends is the trunk.
+    app.insert_resource(FoliageWind(Wind { strength: 0.06, branches: 0.0, flutter: 0.0, ..Wind::default() }));
+    let mut bends = Vec::new();
+    for moment in 0..4 {
+        pause(&mut app, 15);
+        let near = handed_over(&mut app, &image, 0.0);
+        let far = handed_over(&mut app, &image, 1024.0);
+        assert_eq!(app.world().resource::<FoliageStats>().impostors, 1);
+        assert_eq!(handed_over(&mut app, &image, 1024.0), far, "time stands still");
+        near.keep(&format!("far-wind-{moment}-leaves"));
+        far.keep(&format!("far-wind-{moment}-impostor"));
+        let bent = [top(&near) - still[0], top(&far) - still[1]];
+        println!("the top is {bent:?} px beside where it is at rest");
+        // A pixel goes by the wind at its own height, not at that of what has bent down to it.
+        assert!((bent[0] - bent[1]).abs() < 0.1 * bent[0].abs() + 0.15, "{bent:?}");
+        bends.push(bent[1]);
+        let [all, others] = [&near, &far].map(taken);
+        for at_px in [80.0, 100.0] {
+            let between = taken(&handed_over(&mut app, &image, at_px));
+            let changes = [0, 1, 2].map(|i| [between[i] / all[i] - 1.0, others[i] / all[i] - 1.0]);
+            println!("handed over at {at_px}: {changes:?}");
+            assert!(changes.as_flattened().iter().all(|change| change.abs() < 0.06), "{at_px}: {changes:?}");
+        }
+    }
+    let [least, most] = [f32::min, f32::max].map(|of| bends.iter().copied().reduce(of).unwrap());
+    assert!(bends.iter().any(|bend| bend.abs() > 2.0) && most - least > 1.0, "{bends:?}");
 }
 
 /// Draws every leaf.

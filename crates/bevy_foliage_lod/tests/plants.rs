@@ -4,14 +4,18 @@
 mod common;
 
 use bevy::{
-    asset::{AssetLoadFailedEvent, LoadState},
+    asset::{AssetLoadFailedEvent, AssetLoader, LoadContext, LoadState, LoadedUntypedAsset, io::Reader},
     mesh::MeshTag,
     prelude::*,
     render::{RenderApp, render_resource::PipelineCache},
 };
-use bevy_foliage_lod::{FoliageMaterial, prelude::*};
-use common::{BIRCH, app, camera, folder, picture, run};
-use std::collections::HashSet;
+use bevy_foliage_lod::{
+    FoliageMaterial,
+    foliage_lod::export::{GlbOptions, write_continuous, write_glb},
+    prelude::*,
+};
+use common::{BIRCH, app, app_with, camera, folder, picture, run};
+use std::{any::TypeId, collections::HashSet};
 
 fn birch(app: &mut App) -> Handle<FoliageAsset> {
     let asset = FoliageAsset::new(BIRCH.clone(), app.world_mut()).unwrap();
@@ -189,6 +193,73 @@ fn files_that_cannot_be_loaded_are_told_and_good_ones_replace_them() {
     std::fs::write(files.join("text.vds"), BIRCH.to_bytes().unwrap()).unwrap();
     server.reload("text.vds");
     until_drawn(&mut app, plants[1]);
+}
+
+/// What another plug-in loads from files with an extension of glTF.
+#[derive(Asset, TypePath)]
+struct Scenery;
+
+#[derive(Default, TypePath)]
+struct SceneryLoader;
+
+impl AssetLoader for SceneryLoader {
+    type Asset = Scenery;
+    type Settings = ();
+    type Error = std::io::Error;
+
+    async fn load(&self, _: &mut dyn Reader, _: &(), _: &mut LoadContext<'_>) -> std::io::Result<Scenery> {
+        Ok(Scenery)
+    }
+
+    fn extensions(&self) -> &[&str] {
+        &["glb"]
+    }
+}
+
+#[test]
+fn continuous_gltf_is_drawn_as_the_model_that_it_was_written_from_beside_other_loaders() {
+    let files = folder("continuous");
+    std::fs::write(files.join("birch.vds"), BIRCH.to_bytes().unwrap()).unwrap();
+    let glb = write_continuous(&BIRCH, &GlbOptions { exact: true, ..GlbOptions::default() }).unwrap();
+    std::fs::write(files.join("birch.glb"), &glb).unwrap();
+    std::fs::write(files.join("birch.foliage.glb"), &glb).unwrap();
+    std::fs::write(files.join("plain.glb"), write_glb(&BIRCH.to_plant()).unwrap()).unwrap();
+    let mut app = app_with(&files, |app| {
+        app.init_asset::<Scenery>().init_asset_loader::<SceneryLoader>();
+    });
+    app.world_mut().resource_mut::<FoliageSettings>().wood_error_px = 0.0;
+    let (_, image) = camera(&mut app, [96, 96], looking(4.0));
+    let server = app.world().resource::<AssetServer>().clone();
+    let until = |app: &mut App, is_reached: &dyn Fn(&App) -> bool| {
+        for _ in 0..500 {
+            if is_reached(app) {
+                return;
+            }
+            app.update();
+        }
+        panic!("nothing is loaded");
+    };
+    let drawn = |app: &mut App, path: &'static str| {
+        let model: Handle<FoliageAsset> = server.load(path);
+        let plant = app.world_mut().spawn(Foliage { model, lod: FoliageLod::Share(0.4) }).id();
+        until(app, &|app| leaves(app, plant) > 0.0);
+        let shown = picture(app, &image);
+        app.world_mut().despawn(plant);
+        shown
+    };
+    let [vds, glb] = ["birch.vds", "birch.glb"].map(|path| drawn(&mut app, path));
+    assert!(vds.covered().iter().any(|covered| *covered) && vds == glb);
+    // The same file as what others make of it.
+    let scenery: Handle<Scenery> = server.load("birch.glb");
+    let untyped = ["birch.glb", "birch.foliage.glb"].map(|path| server.load_builder().load_untyped(path));
+    let plain: Handle<FoliageAsset> = server.load("plain.glb");
+    until(&mut app, &|_| server.is_loaded(&scenery) && untyped.iter().all(|file| server.is_loaded(file)));
+    let types =
+        untyped.map(|file| app.world().resource::<Assets<LoadedUntypedAsset>>().get(&file).unwrap().handle.type_id());
+    assert_eq!(types, [TypeId::of::<Scenery>(), TypeId::of::<FoliageAsset>()]);
+    until(&mut app, &|_| server.load_state(&plain).is_failed());
+    let LoadState::Failed(error) = server.load_state(&plain) else { panic!("a plain glTF has no leaves in order") };
+    assert!(error.to_string().contains("is no continuous glTF") && error.to_string().contains("foliage-lod export"));
 }
 
 #[test]

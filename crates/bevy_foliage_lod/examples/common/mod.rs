@@ -17,7 +17,7 @@ use bevy::{
 use bevy_foliage_lod::{
     Foliage, FoliageAsset, FoliageLodPlugin,
     foliage_lod::{
-        FoliageModel,
+        self, FoliageModel, continuous,
         grow::{GrowOptions, Species, grow},
         simplify::{CpuFragments, Quiet, SimplifyOptions, simplify},
     },
@@ -27,7 +27,7 @@ use std::{str::FromStr, time::Duration};
 /// Frames before a picture is taken: assets are uploaded, counts have settled.
 const FRAMES: u32 = 12;
 
-/// Options of the command line: `[MODEL.vds] [--name value]...`.
+/// Options of the command line: `[MODEL] [--name value]...`.
 #[derive(Resource, Debug, Clone)]
 pub struct Options(Vec<String>);
 
@@ -72,7 +72,10 @@ pub fn fail(message: &str) -> ! {
 /// The model that the command line names, or a birch that is grown and simplified now.
 pub fn model(options: &Options) -> FoliageModel {
     let made = || match options.model() {
-        Some(path) => FoliageModel::read(path),
+        Some(path) => {
+            let bytes = std::fs::read(path).map_err(|error| foliage_lod::Error::io(path, error))?;
+            if continuous::is_glb(&bytes) { continuous::read(&bytes) } else { FoliageModel::from_bytes(&bytes) }
+        }
         None => {
             let leaves = Some(options.get("--grow", 3000));
             let birch = grow(&Species::embedded("betula-populifolia")?, &GrowOptions { leaves, ..Default::default() })?;
