@@ -12,7 +12,7 @@ use foliage_lod::{
     model::ErrorCurve,
     scene::{
         budget::{Exponent, Item, Rule, Splitter},
-        visibility::{Crown, Visibility},
+        visibility::{Crown, Parts, Visibility},
     },
 };
 use glam::DVec3;
@@ -79,7 +79,8 @@ fn look(criterion: &mut Criterion, crowns: u32) {
     let side = f64::from(crowns).sqrt().ceil() as u32;
     let place =
         |i: u32| DVec3::new(7.0 * (f64::from(i % side) - 0.5 * f64::from(side)), 5.0, -7.0 * f64::from(i / side));
-    let crown = |i: u32| Crown { instance: i, center: place(i), half: [3.0, 4.0], opacity: 0.8 };
+    let crown =
+        |i: u32| Crown { instance: i, center: place(i), half: [3.0, 4.0], opacity: 0.8, parts: Parts::default() };
     let all: Vec<Crown> = (0..crowns).map(crown).collect();
     for (height, name) in [(1.7, "walker"), (120.0, "from 120 m")] {
         let eye = DVec3::new(0.0, height, 12.0);

@@ -97,6 +97,8 @@ struct Plant {
     kind: u32,
     center: DVec3,
     radius: f64,
+    /// Cosine and sine of its turn about the vertical.
+    turn: [f32; 2],
     hysteresis: Hysteresis,
 }
 
@@ -224,9 +226,9 @@ impl Grove {
     fn in_view<'a>(&'a self, camera: &Camera, selected: &'a [Active]) -> impl Iterator<Item = InView> + use<'a> {
         let (seen_by, scale) = (SeenBy::new(camera), NearScale::new(camera));
         selected.iter().map(move |active| {
-            let Plant { kind, center, radius, .. } = self.plants[active.instance as usize];
+            let Plant { kind, center, radius, turn, .. } = self.plants[active.instance as usize];
             let (sight, pixels_per_unit) = (seen_by.sight(center, radius), scale.at(center, radius));
-            InView { instance: active.instance, kind, center, radius, pixels_per_unit, sight }
+            InView { instance: active.instance, kind, center, radius, turn, pixels_per_unit, sight }
         })
     }
 
@@ -296,11 +298,19 @@ fn plant(kinds: &[Kind], placement: &Placement) -> Option<(Plant, Reach)> {
         kind: placement.kind,
         center: to_world.transform_point3(kind.sphere.center()),
         radius: kind.sphere.radius * scale,
+        turn: turn(&to_world),
         hysteresis: Hysteresis::default(),
     };
     let reach = Reach { center: to_world.transform_point3(kind.reach.center()), radius: kind.reach.radius * scale };
     let is_finite = to_world.is_finite() && plant.center.is_finite() && reach.center.is_finite();
     (is_finite && plant.radius.is_finite() && reach.radius.is_finite()).then_some((plant, reach))
+}
+
+/// Cosine and sine of the turn about the vertical that takes x where a transform takes it.
+fn turn(to_world: &DAffine3) -> [f32; 2] {
+    let along = to_world.matrix3.x_axis;
+    let level = libm::hypot(along.x, along.z);
+    if level > 0.0 && level.is_finite() { [(along.x / level) as f32, (-along.z / level) as f32] } else { [1.0, 0.0] }
 }
 
 fn invalid(instance: usize, placement: &Placement, kinds: usize) -> Error {

@@ -3,7 +3,7 @@
 use super::{
     budget::{Item, Load, Rule, Spent, Splitter},
     cost::{IMPOSTOR, Triangles},
-    visibility::{Crown, CrownShape, Visibility},
+    visibility::{Crown, CrownShape, Parts, Visibility},
 };
 use crate::{
     Camera,
@@ -24,6 +24,8 @@ pub(super) struct InView {
     pub(super) kind: u32,
     pub(super) center: DVec3,
     pub(super) radius: f64,
+    /// Cosine and sine of its turn about the vertical.
+    pub(super) turn: [f32; 2],
     /// Pixels covered by a length of 1 where it is nearest.
     pub(super) pixels_per_unit: f64,
     pub(super) sight: Sight,
@@ -146,13 +148,14 @@ impl SharedBudget {
         let Hidden { visibility, shapes, .. } = hidden;
         let started = unit_seconds.map(|_| Instant::now());
         let crown = |plant: InView| {
-            let CrownShape { height, half, opacity } = *shapes.get(plant.kind as usize)?;
-            let center = plant.center + DVec3::Y * (f64::from(height) * plant.radius);
+            let CrownShape { height, half, opacity, parts } = shapes.get(plant.kind as usize)?;
+            let center = plant.center + DVec3::Y * (f64::from(*height) * plant.radius);
             Some(Crown {
                 instance: plant.instance,
                 center,
                 half: half.map(|half| f64::from(half) * plant.radius),
-                opacity,
+                opacity: *opacity,
+                parts: Parts { parts, center: plant.center, radius: plant.radius, turn: plant.turn },
             })
         };
         visibility.update(camera, plants.filter_map(crown), seconds);
@@ -174,21 +177,23 @@ impl SharedBudget {
 
     /// Replaces the plants.
     pub(super) fn fill(&mut self, plants: impl Iterator<Item = InView>) {
-        let Self { curves, items, far, hidden, triangles, impostor_px, .. } = self;
+        let Self { curves, items, far, hidden, triangles, impostor_px, splitter, .. } = self;
+        let power = if let Rule::LeastError(exponent) = splitter.rule() { exponent.of_share() } else { 1.0 };
+        let counted = |share: f32| if power == 0.5 { share.sqrt() } else { libm::powf(share, power) };
         let visibility = hidden.as_ref().map(|hidden| &hidden.visibility);
         items.clear();
         *impostor_px = 0.0;
         let leafless = ErrorCurve::hull(1.0, 2.0, [(0, 0.0)]);
         items.extend(plants.map(|InView { instance, kind, radius, pixels_per_unit, sight, .. }| {
             let item = Item::seen(kind, curves.get(kind as usize).unwrap_or(&leafless), &sight);
-            let item = Item { weight: visibility.map_or(1.0, |shown| shown.weight(instance)), ..item };
+            let item = Item { weight: visibility.map_or(1.0, |shown| counted(shown.weight(instance))), ..item };
             let diameter_px = 2.0 * sight.radius_px();
             let share = far.map_or(0.0, |far| far.share(diameter_px, instance));
             if share > 0.0 {
                 *impostor_px += f64::from(diameter_px).powi(2);
             }
-            let counted = triangles.as_ref().and_then(|(of, error_px)| Some((of.get(kind as usize)?, *error_px)));
-            let [unit_cost, fixed_cost] = counted.map_or([1.0, 0.0], |(of, error_px)| {
+            let of_triangles = triangles.as_ref().and_then(|(of, error_px)| Some((of.get(kind as usize)?, *error_px)));
+            let [unit_cost, fixed_cost] = of_triangles.map_or([1.0, 0.0], |(of, error_px)| {
                 let wood = if share < 1.0 { of.wood(f64::from(error_px) / (pixels_per_unit * radius)) } else { 0.0 };
                 [of.leaf, wood + if share > 0.0 { IMPOSTOR } else { 0.0 }]
             });

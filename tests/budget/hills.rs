@@ -3,7 +3,7 @@
 use super::{oracle::Random, visibility::looking};
 use foliage_lod::{
     Camera,
-    scene::visibility::{Crown, FRAMES, ROWS, Visibility},
+    scene::visibility::{Crown, FRAMES, Parts, ROWS, Visibility},
     terrain::{HeightMap, Map},
 };
 use glam::DVec3;
@@ -22,7 +22,7 @@ fn ground(ridge: f64) -> HeightMap {
 }
 
 /// Crowns on the ground, that let all light through so that only the ground hides them.
-fn crowns(ground: &HeightMap) -> Vec<Crown> {
+fn crowns(ground: &HeightMap) -> Vec<Crown<'static>> {
     let mut random = Random(11);
     let mut unit = || f64::from(random.unit());
     (0..600)
@@ -30,13 +30,13 @@ fn crowns(ground: &HeightMap) -> Vec<Crown> {
             let [x, z] = [240.0 * unit() - 120.0, -4.0 - 180.0 * unit()];
             let half = [1.0 + 2.0 * unit(), 1.0 + 3.0 * unit()];
             let center = DVec3::new(x, ground.height([x, z]) + half[1] + unit(), z);
-            Crown { instance, center, half, opacity: 0.0 }
+            Crown { instance, center, half, opacity: 0.0, parts: Parts::default() }
         })
         .collect()
 }
 
 /// Share of a crown's outline, facing the eye, that the ground does not hide.
-fn along_steps(ground: &HeightMap, eye: DVec3, crown: &Crown) -> f64 {
+fn along_steps(ground: &HeightMap, eye: DVec3, crown: &Crown<'_>) -> f64 {
     let to = crown.center - eye;
     let right = to.cross(DVec3::Y).normalize();
     let up = right.cross(to).normalize();
@@ -58,14 +58,14 @@ fn along_steps(ground: &HeightMap, eye: DVec3, crown: &Crown) -> f64 {
     f64::from(shown) / f64::from(all)
 }
 
-fn weights(camera: &Camera, crowns: &[Crown], ground: Option<&HeightMap>) -> Vec<f32> {
+fn weights(camera: &Camera, crowns: &[Crown<'_>], ground: Option<&HeightMap>) -> Vec<f32> {
     let mut visibility = Visibility::new();
     visibility.set_ground(ground);
     visibility.update(camera, crowns.iter().copied(), None);
     crowns.iter().map(|crown| visibility.weight(crown.instance)).collect()
 }
 
-fn is_large_and_in_view(camera: &Camera, crown: &Crown) -> bool {
+fn is_large_and_in_view(camera: &Camera, crown: &Crown<'_>) -> bool {
     let clip = camera.clip_from_world * crown.center.extend(1.0);
     let rows = crown.half[0].min(crown.half[1]) * camera.clip_from_world.row(1).truncate().length() / clip.w;
     let is_inside = clip.truncate().truncate().abs().max_element() < 0.9 * clip.w;

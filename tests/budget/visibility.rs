@@ -2,7 +2,7 @@
 
 use super::{forest, oracle::Random};
 use foliage_lod::{
-    Camera, FoliageModel, Grove, LookAt, Plant,
+    Camera, FoliageModel, Grove, Instance, Look, LookAt, Plant,
     extract::Blend,
     grow::{GrowOptions, Species, grow},
     leaf::Vertex,
@@ -10,9 +10,9 @@ use foliage_lod::{
     scene::{
         Kind, Placement, SharedBudget,
         budget::Rule,
-        visibility::{Crown, CrownShape, FRAMES, ROWS, Visibility},
+        visibility::{Crown, CrownShape, FRAMES, Parts, ROWS, Visibility},
     },
-    software::{Background, DrawOptions, draw_plant},
+    software::{Background, DrawOptions, SoftwareRenderer, draw_plant},
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -22,7 +22,7 @@ pub fn looking(eye: DVec3, target: DVec3, fov: f64) -> Camera {
 }
 
 /// Crowns at random before a camera at the origin.
-fn crowns(random: &mut Random, count: u32) -> Vec<Crown> {
+fn crowns(random: &mut Random, count: u32) -> Vec<Crown<'static>> {
     let mut unit = || f64::from(random.unit());
     (0..count)
         .map(|instance| Crown {
@@ -30,12 +30,13 @@ fn crowns(random: &mut Random, count: u32) -> Vec<Crown> {
             center: DVec3::new(60.0 * unit() - 30.0, 12.0 * unit() - 4.0, -8.0 - 80.0 * unit()),
             half: [1.0 + 2.0 * unit(), 1.0 + 4.0 * unit()],
             opacity: 0.9 * unit() as f32,
+            parts: Parts::default(),
         })
         .collect()
 }
 
 /// What shows of a crown along rays through its outline, seen level, of those in the picture.
-fn along_rays(camera: &Camera, crowns: &[Crown], of: &Crown) -> f64 {
+fn along_rays(camera: &Camera, crowns: &[Crown<'_>], of: &Crown<'_>) -> f64 {
     let place = |crown: &Crown| {
         let clip = camera.clip_from_world * crown.center.extend(1.0);
         let row = camera.clip_from_world.row(1).truncate().length();
@@ -93,7 +94,7 @@ fn what_shows_of_crowns_is_what_rays_pass() {
 fn weights_depend_neither_on_the_order_of_the_plants_nor_on_odd_ones() {
     let mut random = Random(5);
     let mut crowns = crowns(&mut random, 200);
-    let weights = |crowns: &[Crown], camera: &Camera| -> Vec<f32> {
+    let weights = |crowns: &[Crown<'_>], camera: &Camera| -> Vec<f32> {
         let mut visibility = Visibility::new();
         visibility.update(camera, crowns.iter().copied(), None);
         (0..200).map(|instance| visibility.weight(instance)).collect()
@@ -107,6 +108,7 @@ fn weights_depend_neither_on_the_order_of_the_plants_nor_on_odd_ones() {
         center,
         half,
         opacity,
+        parts: Parts::default(),
     };
     let (before, nan) = (DVec3::new(0.0, 0.0, -2.0), f64::NAN);
     crowns.extend([
@@ -129,14 +131,21 @@ fn weights_depend_neither_on_the_order_of_the_plants_nor_on_odd_ones() {
 }
 
 /// A row of dense crowns, and one far behind it.
-fn hedge() -> Vec<Crown> {
+fn hedge() -> Vec<Crown<'static>> {
     let in_row = |i: u32| Crown {
         instance: i,
         center: DVec3::new(4.0 * f64::from(i) - 80.0, 0.0, -20.0),
         half: [3.0, 6.0],
         opacity: 0.95,
+        parts: Parts::default(),
     };
-    let behind = Crown { instance: 41, center: DVec3::new(0.0, 0.0, -60.0), half: [4.0, 4.0], opacity: 0.9 };
+    let behind = Crown {
+        instance: 41,
+        center: DVec3::new(0.0, 0.0, -60.0),
+        half: [4.0, 4.0],
+        opacity: 0.9,
+        parts: Parts::default(),
+    };
     (0..=40).map(in_row).chain([behind]).collect()
 }
 
@@ -240,6 +249,83 @@ fn crowns_take_the_light_that_their_leaves_cover() {
         println!("{species}: {shape:?}, covered {:.3}", covered / area);
         assert!((f64::from(shape.opacity) - covered / area).abs() < 0.15, "{species}: {shape:?}, {}", covered / area);
     }
+}
+
+/// A grown tree of few leaves, large on the small picture.
+fn grown(species: &str) -> FoliageModel {
+    let options = GrowOptions { leaves: Some(1200), ..GrowOptions::default() };
+    let plant = grow(&Species::embedded(species).unwrap(), &options).unwrap();
+    let prunes = (1..plant.leaves.len() as u32).rev();
+    let prunes = prunes.map(|leaf| Prune { leaf, target: 0, target_scale: 1.0, error: 0.0 });
+    FoliageModel::assemble(&plant, &prunes.collect::<Vec<_>>(), Recipe::default()).unwrap()
+}
+
+/// Share of the second plant that shows before the first, counted on pictures in which it is white
+/// and black.
+fn on_pictures(models: [&FoliageModel; 2], places: [DAffine3; 2], camera: &Camera) -> f64 {
+    let mut renderer = SoftwareRenderer::new(Look { tints: true, ..Look::default() }).unwrap();
+    let ids = models.map(|model| renderer.add_model(model).unwrap());
+    let light = |before: bool, tint: f32| -> f64 {
+        let plant = |i: usize, tint: f32| {
+            let leaves = models[i].leaves.len() as f32;
+            Instance { far: None, tint: [tint; 3], ..Instance::new(ids[i], places[i], leaves) }
+        };
+        let plants = if before { vec![plant(0, 0.0), plant(1, tint)] } else { vec![plant(1, tint)] };
+        let image = renderer.cutout(*camera, &plants, [360, 240]).unwrap().image;
+        image.rgba.chunks_exact(4).map(|pixel| f64::from(pixel[1]) * f64::from(pixel[3]) / 255.0).sum()
+    };
+    (light(true, 40.0) - light(true, 0.0)) / (light(false, 40.0) - light(false, 0.0))
+}
+
+/// From under the first tree, beside its trunk, the second one is behind its leaves, its trunk, or
+/// neither.
+#[test]
+fn trees_around_the_eye_hide_others_with_their_leaves_and_trunks() {
+    let models = ["english-oak", "betula-populifolia"].map(grown);
+    let shapes = [0, 1].map(|i| CrownShape::new(&models[i]));
+    let (mut sum, mut worst, mut discs, mut hidden) = (0.0, 0.0_f64, 0.0, 0);
+    for turn in 0..24 {
+        let angle = f64::from(turn) * 0.26;
+        let ahead = DVec3::new(angle.sin(), 0.0, -angle.cos());
+        let places = [(0.0, 0.5 * angle), (24.0, -angle)]
+            .map(|(away, turn)| DAffine3::from_translation(ahead * away) * DAffine3::from_rotation_y(turn));
+        let eye = DVec3::Y * 1.7 - ahead * 5.0 + ahead.cross(DVec3::Y) * (f64::from(turn % 5) - 2.0);
+        let look = LookAt {
+            eye,
+            target: eye + ahead * 20.0 + DVec3::Y * 3.0,
+            up: DVec3::Y,
+            fov_y_radians: 0.9,
+            aspect: 1.5,
+            near: 0.1,
+        };
+        let camera = look.camera(240);
+        let crown = |i: u32| {
+            let (shape, sphere) = (&shapes[i as usize], models[i as usize].sphere());
+            let (center, radius) = (places[i as usize].transform_point3(sphere.center()), sphere.radius);
+            let turn = [0.5 * angle, -angle][i as usize];
+            Crown {
+                instance: i,
+                center: center + DVec3::Y * f64::from(shape.height) * radius,
+                half: shape.half.map(|half| f64::from(half) * radius),
+                opacity: shape.opacity,
+                parts: Parts { parts: &shape.parts, center, radius, turn: [turn.cos() as f32, turn.sin() as f32] },
+            }
+        };
+        let weight = |has_parts: bool| {
+            let mut visibility = Visibility::new();
+            let crowns =
+                [0, 1].map(crown).map(|of| if has_parts { of } else { Crown { parts: Parts::default(), ..of } });
+            visibility.update(&camera, crowns.into_iter(), None);
+            f64::from(visibility.weight(1))
+        };
+        let exact = on_pictures([&models[0], &models[1]], places, &camera);
+        let [off, by_discs] = [true, false].map(|has_parts| (weight(has_parts) - exact).abs());
+        println!("{turn}: {:.3}, exactly {exact:.3}", weight(true));
+        (sum, worst, discs) = (sum + off / 24.0, worst.max(off), discs + by_discs / 24.0);
+        hidden += u32::from(exact < 0.6);
+    }
+    println!("{sum:.3} off on average, at most {worst:.3}, {discs:.3} by discs; {hidden} mostly hidden");
+    assert!(hidden > 5 && sum < 0.15 && worst < 0.35 && sum < 0.4 * discs, "{sum} {worst} {discs} {hidden}");
 }
 
 /// Rows of trees behind each other, and a walker before them.

@@ -237,8 +237,11 @@ fn rmse([one, other]: [&std::path::Path; 2]) -> f64 {
 /// What the rules of a budget make of three forests on three paths, on pictures, beside every leaf:
 /// `cargo test -p foliage-lod-cli --test budgets -- --ignored --nocapture`.
 ///
-/// With 10 % of the leaves, least error by what shows is most like every leaf. With 3 % it is not
-/// for a walker: trees that should be hidden are left bare and show in gaps.
+/// By what shows, the least error is nowhere farther from every leaf than without, within a
+/// fiftieth, and for a walker and above a dense forest it is nearer by a fifth with 10 % of the
+/// leaves. With 3 % it is hardly nearer, for a walker by up to 7 %. Shares counted on pictures of
+/// every leaf in the place of estimates, as powers of the shares of the errors, would take off 26 %
+/// at most with 3 % of the leaves, and half of it with 10 %.
 #[test]
 #[ignore = "draws every leaf of nine scenes: five minutes"]
 fn least_errors_by_what_shows_are_most_like_every_leaf_on_three_paths() {
@@ -270,6 +273,7 @@ fn least_errors_by_what_shows_are_most_like_every_leaf_on_three_paths() {
                 let told: Vec<String> = errors.iter().map(|error| format!("{error:.2}")).collect();
                 println!("| {} | {path} | {leaves} ({:.0} %) | {} |", forest.name, 100.0 * share, told.join(" | "));
                 let of_baselines = errors[2..].iter().copied().fold(f64::INFINITY, f64::min);
+                assert!(errors[1] < 1.02 * errors[0], "{}, {path}: {errors:?}", forest.name);
                 assert!(share < 0.1 || errors[1] < of_baselines, "{}, {path}: {errors:?}", forest.name);
             }
         }

@@ -43,6 +43,13 @@ impl Exponent {
         1.0 / self.0
     }
 
+    /// Power of the share of a plant that shows by which its error counts: a share of its pixels
+    /// adds that share of the power of its error. From the default on half of the octaves count, as
+    /// the worst error would know no shares.
+    pub(in crate::scene) fn of_share(self) -> f32 {
+        1.0 / self.0.min(2.0) as f32
+    }
+
     /// Octaves of the worth where the error and the slope have so many.
     fn worth(self, error: f64, slope: f64) -> f64 {
         let q = self.0;

@@ -23,8 +23,11 @@
 //! a histogram of how far their curves are shifted. Sums are of integers: counts depend neither on
 //! the order of the plants nor on the machine.
 //!
-//! Limits: the error is that of each plant alone, so of plants behind others too, unless their
-//! weights tell.
+//! Where a share w_i of a plant's pixels shows behind others (see
+//! [`visibility`](super::visibility)) that share of E_i^q is added, as of a plant of fewer pixels:
+//! its weight is w_i^(1/q), but for q > 2 the root, as the worst error knows no shares.
+//!
+//! Limits: without such weights the error of plants behind others counts in full.
 
 mod bisect;
 mod crowd;

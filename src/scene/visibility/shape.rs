@@ -1,5 +1,6 @@
 //! The crown of a model as an ellipsoid that takes a share of the light.
 
+use super::parts::{Part, parts};
 use crate::{
     bounds::{Aabb, Sphere},
     material::AlphaMode,
@@ -13,7 +14,7 @@ const CELLS: usize = 24;
 const FILLED: f32 = 0.6;
 
 /// The crown of a model: an ellipsoid with an upright axis through the middle of the plant.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct CrownShape {
     /// Height of its centre above that of the model's bounding sphere, in radii of that sphere.
     pub height: f32,
@@ -22,6 +23,8 @@ pub struct CrownShape {
     /// Share of light from behind that it takes, from 0 to 1, on average over its outline seen from
     /// beside.
     pub opacity: f32,
+    /// Small ellipsoids of leaves and of wood where these are.
+    pub parts: Vec<Part>,
 }
 
 impl CrownShape {
@@ -32,7 +35,7 @@ impl CrownShape {
         let Sphere { radius, .. } = model.sphere();
         let crown = Aabb::of_points(model.vertices.iter().map(|vertex| vertex.position));
         if model.vertices.is_empty() || radius <= 0.0 {
-            return Self { height: 0.0, half: [0.0; 2], opacity: 0.0 };
+            return Self { height: 0.0, half: [0.0; 2], opacity: 0.0, parts: Vec::new() };
         }
         let size = crown.size();
         let half = [0.25 * (size.x + size.z), 0.5 * size.y].map(|half| f64::from(half).max(1e-6 * radius));
@@ -41,6 +44,7 @@ impl CrownShape {
             height: ((crown.center().y - model.sphere().center().y) / radius) as f32,
             half: half.map(|half| (half / radius) as f32),
             opacity: 0.5 * (views[0] + views[1]),
+            parts: parts(model),
         }
     }
 }
