@@ -122,7 +122,7 @@ impl<'a> Maker<'a> {
             })
         };
         let sum = members().fold(Surface::default(), |sum, member| sum.joined(member.surface));
-        if !(sum.area > 0.0) {
+        if sum.area <= 0.0 {
             return None;
         }
         let middle =
@@ -240,9 +240,9 @@ fn axes(points: impl Iterator<Item = (DVec3, f64)> + Clone) -> [DVec3; 3] {
             let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
             let cos = 1.0 / (t * t + 1.0).sqrt();
             let sin = t * cos;
-            for k in 0..3 {
-                let [a, b] = [matrix[k][p], matrix[k][q]];
-                (matrix[k][p], matrix[k][q]) = (cos * a - sin * b, sin * a + cos * b);
+            for row in &mut matrix {
+                let [a, b] = [row[p], row[q]];
+                (row[p], row[q]) = (cos * a - sin * b, sin * a + cos * b);
             }
             for k in 0..3 {
                 let [a, b] = [matrix[p][k], matrix[q][k]];
