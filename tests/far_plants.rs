@@ -315,10 +315,11 @@ fn impostors_of_eight_plants_are_like_them() {
     assert!(all.is_empty(), "{all:#?}");
 }
 
-/// Side of the pictures of a hand-over, and the diameters between which a camera backs away: the
-/// band is from 94 to 43 pixels.
-const HANDOVER_PX: u32 = 112;
-const BACKS_AWAY: [f64; 2] = [108.0, 38.0];
+/// Side of the pictures of a hand-over, the diameters between which a camera backs away, and that
+/// at which it turns: the band of a plant whose seed is 0 is from 68 to 44 pixels.
+const HANDOVER_PX: u32 = 80;
+const BACKS_AWAY: [f64; 2] = [72.0, 42.0];
+const TURNS_AT: f64 = 54.4;
 
 /// How plants are drawn on the way.
 #[derive(Clone, Copy, PartialEq)]
@@ -372,8 +373,8 @@ fn write_sheet(name: &str, ways: &[Vec<Image>]) {
 #[ignore = "takes minutes"]
 fn a_dolly_and_a_turn_through_the_band_change_no_more_at_once_than_the_plant_does() {
     let [from, to] = BACKS_AWAY;
-    let dolly: Vec<(f64, f64)> = (0..600).map(|i| (from * (to / from).powf(f64::from(i) / 599.0), 0.46)).collect();
-    let turn: Vec<(f64, f64)> = (0..720).map(|i| (64.0, f64::from(i) * 0.5_f64.to_radians())).collect();
+    let dolly: Vec<(f64, f64)> = (0..300).map(|i| (from * (to / from).powf(f64::from(i) / 299.0), 0.46)).collect();
+    let turn: Vec<(f64, f64)> = (0..360).map(|i| (TURNS_AT, f64::from(i).to_radians())).collect();
     for name in ["english-oak", "betula-populifolia"] {
         let options = SimplifyOptions::fast();
         let mut model = simplify(&grown(name, None), &options, &mut CpuFragments::new(), &mut Quiet).unwrap().model;
