@@ -97,7 +97,8 @@ fn pictures_of_clusters_change_no_more_than_enlarged_leaves() {
     let Some(gpu) = gpu() else { return };
     let [cards, without] = [GrowBy::Picture, GrowBy::Auto].map(|grow_by| {
         let model = birch(SimplifyOptions { grow_by, ..SimplifyOptions::balanced() });
-        largest_change(&gpu, &model, &counts(&Blend::default(), model.leaves.len(), 0.15))
+        let counts: Vec<f32> = counts(&Blend::default(), model.leaves.len(), 0.15).into_iter().step_by(8).collect();
+        largest_change(&gpu, &model, &counts)
     });
     println!("largest change between frames: {cards:.2} with pictures, {without:.2} without");
     assert!(cards < 1.1 * without, "{cards} against {without}");

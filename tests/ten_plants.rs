@@ -1,6 +1,6 @@
 //! Ten plants with and without tone and pictures of clusters, and with their leaves grown by scale
-//! or by tiling: prints what held-out views show of each, as comma-separated values, and checks what
-//! was promised of it.
+//! or by tiling: prints what held-out views show of each, as comma-separated values, and checks
+//! what was promised of it.
 //!
 //! Takes minutes, so it runs only when asked for, with the folder of trees that others made:
 //!

@@ -105,7 +105,7 @@ impl MaterialExtension for FoliageExtension {
         _key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         let is_leaf = layout.0.contains(ATTRIBUTE_LEAF);
-        // Bevy takes equal keys and vertex layouts for equal pipelines, whatever they were made for.
+        // Bevy takes equal keys and vertex layouts for equal pipelines, whatever they are for.
         let part = if is_leaf { ATTRIBUTE_LEAF.at_shader_location(4) } else { ATTRIBUTE_STEM.at_shader_location(5) };
         // One layout for all passes, whose own differ.
         let attributes = [
