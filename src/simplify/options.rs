@@ -66,9 +66,9 @@ pub enum GrowBy {
     /// views worse for it; not in sparse crowns, where tiles show as a grid.
     #[default]
     Auto,
-    /// As `Auto`; where leaves stand for four or more and the views show that it pays, the leaf
-    /// becomes a card with a [picture](crate::model::Clusters) of them. Worth it in sparse crowns;
-    /// drawn by this crate's renderers, while exports and engines enlarge the leaf.
+    /// As auto, but a leaf that stands for four or more becomes a card with a picture of them,
+    /// where the views show that it pays: mostly in sparse crowns. Renderers and exported levels
+    /// draw the cards; continuous glTF, pages and the plug-in for Bevy enlarge the leaf.
     Picture,
 }
 
